@@ -1,0 +1,209 @@
+//! Microfacet reflection, the Torrance-Sparrow model [Mikkelsen 2009, eq. 18; pbrt 2010, section 8.4.2].
+
+use super::{Bxdf, BxdfSample, Sampling};
+use crate::distribution::Distribution;
+use crate::fresnel::Fresnel;
+use crate::geometry::{Polar, half_vector, reflect};
+use crate::masking::{Cosines, Masking, sample_visible_groove, visible_groove_pdf};
+use crate::parameter::{ParameterError, REFLECTANCE};
+use crate::spectrum::{Channels, Spectrum};
+use glam::DVec3;
+
+/// f = R F(o.h) V'(h, o, i) p(h)/(4 (n.i)(n.o)(n.h)).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Microfacet {
+    /// Scale R of the lobe.
+    pub reflectance: Spectrum,
+    /// Distribution of the normals.
+    pub distribution: Distribution,
+    /// Masking-shadowing V'.
+    pub masking: Masking,
+    /// Fresnel term F.
+    pub fresnel: Fresnel,
+}
+
+impl Microfacet {
+    /// Reflectance in [0, 1]; the other parts carry their own legal ranges.
+    ///
+    /// # Errors
+    /// [`ParameterError`] outside that range.
+    pub fn new(
+        reflectance: Spectrum,
+        distribution: Distribution,
+        masking: Masking,
+        fresnel: Fresnel,
+    ) -> Result<Self, ParameterError> {
+        Ok(Self {
+            reflectance: reflectance.check(REFLECTANCE)?,
+            distribution,
+            masking,
+            fresnel,
+        })
+    }
+
+    /// The same surface as a perfect mirror: R = F = 1.
+    pub fn without_fresnel(&self) -> Self {
+        Self {
+            reflectance: Spectrum::grey(1.0),
+            fresnel: Fresnel::None,
+            ..*self
+        }
+    }
+
+    /// R F(o.h).
+    pub fn facet_reflectance(&self, cos_d: f64) -> DVec3 {
+        self.reflectance.value() * self.fresnel.reflectance(cos_d)
+    }
+
+    /// wi from wo mirrored by the facet normal, with its cosines; `None` where the facet faces away or wi points down.
+    fn mirrored(wo: DVec3, wm: DVec3) -> (DVec3, Option<Cosines>) {
+        let wi = reflect(wo, wm);
+        let cos_d = wo.dot(wm).min(1.0);
+        let cos_i = 2.0 * cos_d * wm.z - wo.z;
+        let cosines = Cosines {
+            o: wo.z,
+            i: cos_i,
+            h: wm.z,
+            d: cos_d,
+        };
+        (wi, (cos_d > 0.0 && cos_i > 0.0 && wm.z > 0.0).then_some(cosines))
+    }
+}
+
+impl Bxdf for Microfacet {
+    fn channels(&self) -> Channels {
+        self.reflectance.channels().max(self.fresnel.channels())
+    }
+
+    fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        let (wo, wi) = if wo.z < 0.0 { (-wo, -wi) } else { (wo, wi) };
+        let highest = wo.z.max(wi.z);
+        let lowest = wo.z.min(wi.z);
+        // without masking the limit at the horizon is infinite; with it one direction may lie there
+        if lowest < 0.0 || highest <= 0.0 || (self.masking == Masking::None && lowest == 0.0) {
+            return DVec3::ZERO;
+        }
+        let Some(half) = half_vector(wo, wi) else {
+            return DVec3::ZERO;
+        };
+        let theta_h = Polar::of(half.wh);
+        let cosines = Cosines {
+            o: wo.z,
+            i: wi.z,
+            h: theta_h.cos,
+            d: half.cos_d,
+        };
+        let shape = self.masking.shape(cosines) * self.distribution.p(theta_h);
+        self.facet_reflectance(half.cos_d) * shape
+    }
+
+    /// dwi = 4 (o.h) dh [Mikkelsen 2009, eq. 15] turns the density of visible normals into one of wi.
+    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        let (wo, wi) = if wo.z < 0.0 { (-wo, -wi) } else { (wo, wi) };
+        let Some(half) = half_vector(wo, wi) else { return 0.0 };
+        if half.wh.z <= 0.0 {
+            return 0.0;
+        }
+        visible_groove_pdf(&self.distribution, wo.z, Polar::of(half.wh), half.cos_d) / (4.0 * half.cos_d)
+    }
+
+    /// Visible normals.
+    fn sample_f(&self, wo: DVec3, u: [f64; 3]) -> BxdfSample {
+        self.sample(Sampling::Visible, wo, u)
+    }
+
+    fn supports(&self, _: Sampling) -> bool {
+        true
+    }
+
+    fn sample(&self, sampling: Sampling, wo: DVec3, u: [f64; 3]) -> BxdfSample {
+        if wo.z < 0.0 {
+            let above = self.sample(sampling, -wo, u);
+            return BxdfSample { wi: -above.wi, ..above };
+        }
+        match sampling {
+            Sampling::Uniform => super::sample_uniform(self, wo, u),
+            Sampling::Cosine => super::sample_cosine(self, wo, u),
+            // f cos/pdf = F V' (o.h)/((n.o)(n.h)) with pdf = p/(4 o.h)
+            Sampling::Normals => {
+                let wm = self.distribution.sample([u[0], u[1]]);
+                let (wi, Some(cosines)) = Self::mirrored(wo, wm) else {
+                    return BxdfSample::lost(reflect(wo, wm));
+                };
+                let weight = self.facet_reflectance(cosines.d) * self.masking.weight(cosines);
+                BxdfSample {
+                    wi,
+                    pdf: self.distribution.p(Polar::of(wm)) / (4.0 * cosines.d),
+                    weight,
+                }
+            }
+            // f cos/pdf = F V'/G1(o, h), which V-grooves bound by 1; without masking V' = 1 stays over the same density
+            Sampling::Visible | Sampling::Bxdf => {
+                let wm = sample_visible_groove(&self.distribution, wo, u);
+                let (wi, Some(cosines)) = Self::mirrored(wo, wm) else {
+                    return BxdfSample::lost(reflect(wo, wm));
+                };
+                let density = (cosines.d / (cosines.h * cosines.o)).min(2.0);
+                let weight = self.facet_reflectance(cosines.d) * (self.masking.weight(cosines) / density);
+                let pdf = self.distribution.p(Polar::of(wm)) * density / (4.0 * cosines.d);
+                BxdfSample { wi, pdf, weight }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::distribution::Family;
+
+    #[test]
+    fn f_is_symmetric_to_the_last_bit() {
+        let fresnel = Fresnel::dielectric(Spectrum::grey(1.329)).unwrap();
+        for (family, roughness) in [(Family::Vmf, 17.0), (Family::Beckmann, 0.2), (Family::Phong, 1e4)] {
+            for masking in [Masking::None, Masking::VGroove] {
+                let bxdf =
+                    Microfacet::new(Spectrum::grey(1.0), family.with(roughness).unwrap(), masking, fresnel).unwrap();
+                for i in 0..400 {
+                    let t = f64::from(i);
+                    let wo = Polar::from_cos((0.5 + 0.5 * (t * 0.7).sin()).powi(3)).direction(t);
+                    let wi = Polar::from_cos((0.5 + 0.5 * (t * 1.3).cos()).powi(3)).direction(2.1 * t);
+                    assert_eq!(bxdf.f(wo, wi), bxdf.f(wi, wo));
+                    assert_eq!(bxdf.f(wo, wi), bxdf.f(-wo, -wi));
+                }
+            }
+        }
+    }
+
+    /// weight = f cos/pdf wherever the quotient itself can be formed.
+    #[test]
+    fn weights_are_the_quotients_they_stand_for() {
+        let fresnel = Fresnel::conductor(Spectrum::grey(0.769), Spectrum::grey(6.08)).unwrap();
+        for masking in [Masking::None, Masking::VGroove] {
+            let bxdf = Microfacet::new(Spectrum::grey(0.7), Family::Vmf.with(17.0).unwrap(), masking, fresnel).unwrap();
+            for sampling in [
+                Sampling::Uniform,
+                Sampling::Cosine,
+                Sampling::Normals,
+                Sampling::Visible,
+                Sampling::Bxdf,
+            ] {
+                for i in 0..200 {
+                    let t = f64::from(i) * 0.618;
+                    let u = [t.fract(), (t * 1.7).fract(), (t * 2.9).fract()];
+                    let wo = Polar::from_cos((t * 3.1).fract()).direction(0.3 * t);
+                    let sample = bxdf.sample(sampling, wo, u);
+                    if sample.weight == DVec3::ZERO {
+                        continue;
+                    }
+                    let quotient = bxdf.f(wo, sample.wi) * sample.wi.z / sample.pdf;
+                    let relative = (quotient / sample.weight - DVec3::ONE).abs().max_element();
+                    assert!(relative < 1e-9, "{sampling:?} {i}: {quotient} and {}", sample.weight); // n.i cancels near 0
+                    if sampling == Sampling::Bxdf {
+                        assert!((bxdf.pdf(wo, sample.wi) / sample.pdf - 1.0).abs() < 1e-9);
+                    }
+                }
+            }
+        }
+    }
+}

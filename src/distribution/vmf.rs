@@ -1,0 +1,84 @@
+//! von Mises-Fisher distribution, renormalised to the hemisphere [Mikkelsen 2009, eq. 29 and 31].
+
+use crate::geometry::Polar;
+use crate::parameter::{KAPPA, ParameterError};
+use std::f64::consts::TAU;
+
+/// p(h) = kappa/(2 pi (e^kappa - 1)) e^(kappa n.h).
+///
+/// All forms below are in v = 1 - n.h and in e^-kappa, which neither overflow for kappa above 709 nor lose the
+/// difference e^kappa - 1 for small kappa.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Vmf {
+    kappa: f64,
+    /// kappa/(2 pi (1 - e^-kappa)), the density at the pole.
+    peak: f64,
+}
+
+/// Below this, 1 - e^-kappa equals kappa to the last bit and the distribution is uniform to the last bit.
+const UNIFORM: f64 = 1e-16;
+
+impl Vmf {
+    /// Concentration `kappa` in [0, 1e12]; 0 is the uniform hemisphere.
+    ///
+    /// # Errors
+    /// [`ParameterError`] outside that range.
+    pub fn new(kappa: f64) -> Result<Self, ParameterError> {
+        KAPPA.check(kappa)?;
+        let peak = if kappa < UNIFORM {
+            TAU.recip()
+        } else {
+            kappa / (-TAU * (-kappa).exp_m1())
+        };
+        Ok(Self { kappa, peak })
+    }
+
+    pub(super) fn p(&self, theta: Polar) -> f64 {
+        self.peak * (-self.kappa * theta.versine()).exp()
+    }
+
+    pub(super) fn d(&self, theta: Polar) -> f64 {
+        self.p(theta) / theta.cos
+    }
+
+    /// P = (1 - e^(-kappa v))/(1 - e^-kappa) and 1 - P = e^(-kappa v) (1 - e^(-kappa cos))/(1 - e^-kappa): the smaller
+    /// of the two is formed without cancellation.
+    pub(super) fn exposure(&self, theta: Polar) -> f64 {
+        let (kappa, v) = (self.kappa, theta.versine());
+        if kappa < UNIFORM {
+            return -theta.ln_cos();
+        }
+        let whole = (-kappa).exp_m1();
+        let cdf = (-kappa * v).exp_m1() / whole;
+        if cdf < 0.5 {
+            -(-cdf).ln_1p()
+        } else {
+            kappa * v - ((-kappa * theta.cos).exp_m1() / whole).ln()
+        }
+    }
+
+    /// Solved for v and for cos, each in a form that is accurate where it is small:
+    /// kappa v = E - ln(1 + e^-kappa (e^E - 1)) and kappa cos = ln(1 + (e^kappa - 1) e^-E).
+    pub(super) fn at_exposure(&self, exposure: f64) -> Polar {
+        let kappa = self.kappa;
+        if kappa < UNIFORM {
+            return Polar::from_versine(-(-exposure).exp_m1(), (-exposure).exp());
+        }
+        let whole = -(-kappa).exp_m1();
+        let versine = if kappa < 1.0 {
+            -((-exposure).exp_m1() * whole).ln_1p() / kappa
+        } else if exposure < 30.0 {
+            (exposure - ((-kappa).exp() * exposure.exp_m1()).ln_1p()) / kappa
+        } else {
+            // e^E - 1 = e^E to the last bit
+            (exposure - (exposure - kappa).exp().ln_1p()) / kappa
+        };
+        let rest = kappa - exposure;
+        let cos = if rest < 40.0 {
+            (whole * rest.exp()).ln_1p() / kappa
+        } else {
+            1.0 - versine
+        };
+        Polar::from_versine(versine.clamp(0.0, 1.0), cos.clamp(0.0, 1.0))
+    }
+}

@@ -1,0 +1,236 @@
+//! Directions around a surface normal: polar angles that stay accurate, reflection, refraction, half vectors, frames.
+
+use glam::DVec3;
+
+/// A polar angle theta in [0, pi/2], held as its sine and cosine so that neither end loses digits.
+///
+/// 1 - cos theta of a narrow lobe and cos theta at the horizon are both differences of nearly equal numbers when formed
+/// from the other; with the pair at hand they are not formed that way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Polar {
+    /// sin theta, in [0, 1].
+    pub sin: f64,
+    /// cos theta, in [0, 1].
+    pub cos: f64,
+}
+
+impl Polar {
+    /// theta = 0.
+    pub const POLE: Self = Self { sin: 0.0, cos: 1.0 };
+
+    /// From the angle in radians, within [0, pi/2].
+    pub fn from_angle(theta: f64) -> Self {
+        Self {
+            sin: theta.sin(),
+            cos: theta.cos().max(0.0),
+        }
+    }
+
+    /// From cos theta, exact to rounding in the cosine.
+    pub fn from_cos(cos: f64) -> Self {
+        Self {
+            sin: ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt(),
+            cos,
+        }
+    }
+
+    /// From versin theta = 1 - cos theta and cos theta, each given accurately.
+    pub fn from_versine(versine: f64, cos: f64) -> Self {
+        Self {
+            sin: (versine * (1.0 + cos)).sqrt(),
+            cos,
+        }
+    }
+
+    /// From tan theta, infinity included.
+    pub fn from_tan(tan: f64) -> Self {
+        if tan > 1e150 {
+            return Self {
+                sin: 1.0,
+                cos: tan.recip(),
+            };
+        }
+        let cos = (1.0 + tan * tan).sqrt().recip();
+        Self { sin: tan * cos, cos }
+    }
+
+    /// Polar angle of a vector in the upper half space, of any length.
+    pub fn of(v: DVec3) -> Self {
+        let radius = v.x.hypot(v.y);
+        let length = radius.hypot(v.z);
+        Self {
+            sin: radius / length,
+            cos: v.z / length,
+        }
+    }
+
+    /// 1 - cos theta.
+    pub fn versine(self) -> f64 {
+        self.sin * self.sin / (1.0 + self.cos)
+    }
+
+    /// tan theta, infinite at the horizon.
+    pub fn tan(self) -> f64 {
+        self.sin / self.cos
+    }
+
+    /// ln cos theta, accurate near the pole; minus infinity at the horizon.
+    pub fn ln_cos(self) -> f64 {
+        if self.sin < 0.5 {
+            0.5 * (-self.sin * self.sin).ln_1p()
+        } else {
+            self.cos.ln()
+        }
+    }
+
+    /// The angle in radians.
+    pub fn angle(self) -> f64 {
+        self.sin.atan2(self.cos)
+    }
+
+    /// The unit vector at azimuth `phi` (radians).
+    pub fn direction(self, phi: f64) -> DVec3 {
+        DVec3::new(self.sin * phi.cos(), self.sin * phi.sin(), self.cos)
+    }
+}
+
+/// Mirror image of `w` about the axis `wm`: 2 (w.wm) wm - w [Mikkelsen 2009, eq. 6].
+pub fn reflect(w: DVec3, wm: DVec3) -> DVec3 {
+    2.0 * w.dot(wm) * wm - w
+}
+
+/// Direction into which `w`, on the side of `n`, is refracted; `None` under total internal reflection.
+///
+/// `eta` is the index of the far side over the near side. The result points away from the surface, to the far side.
+/// [pbrt 2010, section 8.2]
+pub fn refract(w: DVec3, n: DVec3, eta: f64) -> Option<DVec3> {
+    let cos = w.dot(n);
+    // cos_t^2 = 1 - sin^2/eta^2 = ((eta - 1)(eta + 1) + cos^2)/eta^2, without the difference of near-equal terms
+    let cos_t_squared = ((eta - 1.0) * (eta + 1.0) + cos * cos) / (eta * eta);
+    if cos_t_squared < 0.0 {
+        return None;
+    }
+    Some(n * (cos / eta - cos_t_squared.sqrt()) - w / eta)
+}
+
+/// The half vector of two directions with the cosine that both make with it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HalfVector {
+    /// The direction half way, unit length.
+    pub wh: DVec3,
+    /// wo.wh = wi.wh = |wo + wi|/2, a form that does not change a bit when the two directions are exchanged.
+    pub cos_d: f64,
+}
+
+/// Half vector of `wo` and `wi` [Mikkelsen 2009, eq. 10]; `None` for opposite directions, which have none.
+pub fn half_vector(wo: DVec3, wi: DVec3) -> Option<HalfVector> {
+    let sum = wo + wi;
+    let length = sum.length();
+    if length == 0.0 {
+        return None;
+    }
+    Some(HalfVector {
+        wh: sum / length,
+        cos_d: (0.5 * length).min(1.0),
+    })
+}
+
+/// An orthonormal frame around a surface normal: the local frame of the integrals has n = +z.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// First tangent, local +x.
+    pub s: DVec3,
+    /// Second tangent, local +y.
+    pub t: DVec3,
+    /// Normal, local +z.
+    pub n: DVec3,
+}
+
+impl Frame {
+    /// A right-handed frame around the unit vector `n`, continuous except where n.z changes sign.
+    pub fn from_normal(n: DVec3) -> Self {
+        let (s, t) = n.any_orthonormal_pair();
+        Self { s, t, n }
+    }
+
+    /// World to local coordinates.
+    pub fn to_local(&self, w: DVec3) -> DVec3 {
+        DVec3::new(w.dot(self.s), w.dot(self.t), w.dot(self.n))
+    }
+
+    /// Local to world coordinates.
+    pub fn to_world(&self, w: DVec3) -> DVec3 {
+        self.s * w.x + self.t * w.y + self.n * w.z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EPS: f64 = 4e-16; // a few roundings of numbers near 1
+
+    #[test]
+    fn polar_forms_agree_and_keep_both_ends() {
+        for theta in [0.0, 1e-12, 1e-6, 0.3, 1.0, 1.5, std::f64::consts::FRAC_PI_2] {
+            let polar = Polar::from_angle(theta);
+            assert!((polar.angle() - theta).abs() < EPS * 2.0);
+            assert!((polar.versine() - 2.0 * (0.5 * theta).sin().powi(2)).abs() <= EPS * polar.versine());
+            assert!((Polar::of(polar.direction(1.3) * 7.0).sin - polar.sin).abs() < EPS);
+        }
+        assert!((Polar::from_tan(1e-9).versine() - 0.5e-18).abs() < 1e-33);
+        assert_eq!(Polar::from_tan(f64::INFINITY), Polar { sin: 1.0, cos: 0.0 });
+        assert!((Polar::from_angle(1e-9).ln_cos() + 0.5e-18).abs() < 1e-33);
+    }
+
+    #[test]
+    fn reflection_keeps_the_angle_and_is_its_own_inverse() {
+        let wo = Polar::from_angle(1.1).direction(0.4);
+        let wm = Polar::from_angle(0.5).direction(-0.9);
+        let wi = reflect(wo, wm);
+        assert!((wi.dot(wm) - wo.dot(wm)).abs() < EPS);
+        assert!((reflect(wi, wm) - wo).length() < 2.0 * EPS);
+        let half = half_vector(wo, wi).unwrap();
+        assert!((half.wh - wm).length() < 4.0 * EPS);
+        assert!((half.cos_d - wo.dot(wm)).abs() < EPS);
+    }
+
+    #[test]
+    fn refraction_obeys_snell_and_reverses() {
+        let n = DVec3::Z;
+        let wo = Polar::from_angle(0.7).direction(0.2);
+        for eta in [0.75, 1.0, 1.00029, 1.5, 100.0] {
+            let wt = refract(wo, n, eta).unwrap();
+            let (sin_o, sin_t) = (Polar::of(wo).sin, wt.x.hypot(wt.y));
+            assert!((sin_o - eta * sin_t).abs() < EPS, "eta {eta}");
+            assert!((wt.length() - 1.0).abs() < EPS);
+            let back = refract(wt, -n, eta.recip()).unwrap();
+            assert!((back - wo).length() < 1e-13 * eta.max(1.0), "eta {eta}"); // rounding of sin_t grows by eta on the way back
+        }
+        assert_eq!(refract(wo, n, 0.5), None);
+    }
+
+    #[test]
+    fn half_vector_is_symmetric_to_the_bit_and_absent_for_opposite_directions() {
+        let wo = Polar::from_angle(1.2).direction(0.0);
+        let wi = Polar::from_angle(0.4).direction(2.0);
+        assert_eq!(half_vector(wo, wi), half_vector(wi, wo));
+        assert_eq!(half_vector(wo, -wo), None);
+    }
+
+    #[test]
+    fn frames_are_orthonormal_and_invert() {
+        for n in [
+            DVec3::Z,
+            -DVec3::Z,
+            DVec3::new(0.6, 0.0, 0.8),
+            DVec3::new(-0.48, 0.6, -0.64),
+        ] {
+            let frame = Frame::from_normal(n);
+            assert!((frame.s.cross(frame.t) - n).length() < EPS);
+            let w = DVec3::new(0.1, -0.7, 0.3);
+            assert!((frame.to_world(frame.to_local(w)) - w).length() < EPS);
+            assert!((frame.to_local(n) - DVec3::Z).length() < EPS);
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! Precomputes energy-conserving BRDFs: reflectance integrals to a stated error, written as lookup tables.
+
+pub mod bxdf;
+pub mod distribution;
+pub mod fresnel;
+pub mod geometry;
+pub mod masking;
+pub mod numerics;
+pub mod parameter;
+pub mod spectrum;

@@ -1,0 +1,2 @@
+//! `furnace`, the command line of `whitefurnace`.
+fn main() {}

@@ -1,0 +1,7 @@
+//! Numerical ground floor: nested quadrature, interpolating curves, running moments, random streams.
+
+pub mod curve;
+pub mod moments;
+pub mod patterson;
+pub mod quadrature;
+pub mod stream;

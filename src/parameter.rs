@@ -1,0 +1,93 @@
+//! Legal ranges of parameters, stated once, and the error that a value outside them gets.
+//!
+//! Values are refused, never repaired: a clamped roughness would bake a table for another material than the one asked for.
+
+use thiserror::Error;
+
+/// The closed interval of values that a parameter may take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Legal {
+    /// Name as it stands in a scene file.
+    pub name: &'static str,
+    /// Smallest legal value.
+    pub min: f64,
+    /// Largest legal value.
+    pub max: f64,
+}
+
+/// A parameter outside its legal range, NaN and infinities included.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("{parameter} = {value} is not allowed: {parameter} lies in [{min}, {max}]")]
+pub struct ParameterError {
+    /// Name of the parameter.
+    pub parameter: &'static str,
+    /// The refused value.
+    pub value: f64,
+    /// Smallest legal value.
+    pub min: f64,
+    /// Largest legal value.
+    pub max: f64,
+}
+
+impl Legal {
+    /// A legal range `[min, max]` for the parameter `name`.
+    pub const fn new(name: &'static str, min: f64, max: f64) -> Self {
+        Self { name, min, max }
+    }
+
+    /// `value` itself when it is legal.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when `value` is outside the range or NaN.
+    pub fn check(self, value: f64) -> Result<f64, ParameterError> {
+        if value >= self.min && value <= self.max {
+            Ok(value)
+        } else {
+            Err(ParameterError {
+                parameter: self.name,
+                value,
+                min: self.min,
+                max: self.max,
+            })
+        }
+    }
+}
+
+/// Concentration of the von Mises-Fisher distribution; 0 is uniform over the hemisphere.
+pub const KAPPA: Legal = Legal::new("kappa", 0.0, 1e12);
+/// Root-mean-square slope of the Beckmann distribution.
+pub const BECKMANN_M: Legal = Legal::new("m", 1e-6, 10.0);
+/// Exponent of the normalised Phong distribution.
+pub const PHONG_N: Legal = Legal::new("n", 0.0, 1e8);
+/// Relative index of refraction, transmitted over incident side.
+pub const ETA: Legal = Legal::new("eta", 0.01, 100.0);
+/// Extinction coefficient of a conductor.
+pub const EXTINCTION: Legal = Legal::new("k", 0.0, 100.0);
+/// Reflectance at normal incidence of Schlick's approximation.
+pub const R0: Legal = Legal::new("r0", 0.0, 1.0);
+/// Albedo of a lobe.
+pub const REFLECTANCE: Legal = Legal::new("reflectance", 0.0, 1.0);
+/// Scale of the specular lobe in the diffuse-specular coupling.
+pub const KS: Legal = Legal::new("ks", 0.0, 1.0);
+/// Scale of the diffuse lobe in the diffuse-specular coupling.
+pub const KD: Legal = Legal::new("kd", 0.0, 1.0);
+/// Cosine between a direction and the surface normal; 0 stands for the limit.
+pub const MU: Legal = Legal::new("mu", 0.0, 1.0);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_are_legal_and_the_rest_is_refused() {
+        assert_eq!(KAPPA.check(0.0), Ok(0.0));
+        assert_eq!(KAPPA.check(1e12), Ok(1e12));
+        for value in [-1e-300, 1.0000001e12, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let error = KAPPA.check(value).unwrap_err();
+            assert!(
+                error.to_string().contains("kappa lies in [0, 1000000000000]"),
+                "{error}"
+            );
+        }
+    }
+}
