@@ -165,6 +165,9 @@ pub fn dielectric(cos: f64, eta: f64) -> f64 {
 /// a + ib is the square root of (eta + ik)^2 - sin^2. a^2 and b^2 are (|z| +- Re z)/2; the one that cancels is taken from
 /// their product (eta k)^2. The numerators of both reflectances are written as sums of squares.
 pub fn conductor(cos: f64, eta: f64, k: f64) -> f64 {
+    if cos == 0.0 {
+        return if eta == 1.0 && k == 0.0 { 0.0 } else { 1.0 };
+    }
     let cos2 = cos * cos;
     let sin2 = (1.0 - cos) * (1.0 + cos);
     let re = (eta - 1.0) * (eta + 1.0) - k * k + cos2;
@@ -180,13 +183,6 @@ pub fn conductor(cos: f64, eta: f64, k: f64) -> f64 {
     let a = a2.sqrt();
     // a - cos = (a^2 - cos^2)/(a + cos) with a^2 - cos^2 = b^2 + (eta - 1)(eta + 1) - k^2
     let sum = a + cos;
-    if sum == 0.0 {
-        return if b2 == 0.0 && sin2 == 1.0 && eta == 1.0 {
-            0.0
-        } else {
-            1.0
-        };
-    }
     let difference = (b2 + (eta - 1.0) * (eta + 1.0) - k * k) / sum;
     let r_perp = (difference * difference + b2) / (sum * sum + b2);
     let (p, q) = (a * cos - sin2, a * cos + sin2);

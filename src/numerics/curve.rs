@@ -30,25 +30,27 @@ struct Piece {
 impl Curve {
     /// Interpolates `f` to `tolerance`; the stated error adds what `f` states of its own.
     ///
+    /// `layer` is the width of the thinnest feature at mu = 0. Pieces there are halved down to it in any case: a layer
+    /// between the nodes of a coarse piece would be invisible to it.
+    ///
     /// # Errors
     /// The first error of `f`.
-    pub fn fit<E>(tolerance: f64, f: &mut impl FnMut(f64) -> Result<Bounded, E>) -> Result<Self, E> {
+    pub fn fit<E>(tolerance: f64, layer: f64, f: &mut impl FnMut(f64) -> Result<Bounded, E>) -> Result<Self, E> {
         let mut curve = Self {
             pieces: Vec::new(),
             error: 0.0,
         };
         let mut inherited = 0.0;
-        curve.fit_piece(0.0, 1.0, 0, tolerance, &mut inherited, f)?;
+        curve.fit_piece((0.0, 1.0), 0, (tolerance, layer), &mut inherited, f)?;
         curve.error += inherited;
         Ok(curve)
     }
 
     fn fit_piece<E>(
         &mut self,
-        from: f64,
-        to: f64,
+        (from, to): (f64, f64),
         depth: u32,
-        tolerance: f64,
+        (tolerance, layer): (f64, f64),
         inherited: &mut f64,
         f: &mut impl FnMut(f64) -> Result<Bounded, E>,
     ) -> Result<(), E> {
@@ -73,10 +75,11 @@ impl Curve {
                 .iter()
                 .map(|c| c.abs().max_element())
                 .sum::<f64>();
-        if tail > tolerance && depth < DEPTH {
+        let coarse = from == 0.0 && to > layer;
+        if (tail > tolerance || coarse) && depth < DEPTH {
             let middle = 0.5 * (from + to);
-            self.fit_piece(from, middle, depth + 1, tolerance, inherited, f)?;
-            self.fit_piece(middle, to, depth + 1, tolerance, inherited, f)?;
+            self.fit_piece((from, middle), depth + 1, (tolerance, layer), inherited, f)?;
+            self.fit_piece((middle, to), depth + 1, (tolerance, layer), inherited, f)?;
         } else {
             self.error = self.error.max(tail);
             self.pieces.push(Piece { from, to, coefficients });
@@ -115,7 +118,7 @@ mod tests {
     fn boundary_layers_of_any_width_are_followed() {
         for width in [1.0, 1e-3, 1e-6, 1e-9] {
             let f = |mu: f64| 1.0 - 0.3 * (mu / width) * (-mu / width).exp() + 0.1 * mu;
-            let curve = Curve::fit(1e-10, &mut |mu| {
+            let curve = Curve::fit(1e-10, width, &mut |mu| {
                 Ok::<_, Infallible>(Bounded::exact(DVec3::splat(f(mu))))
             })
             .unwrap();
