@@ -4,6 +4,7 @@ pub mod bxdf;
 pub mod distribution;
 pub mod fresnel;
 pub mod geometry;
+pub mod integrate;
 pub mod masking;
 pub mod numerics;
 pub mod parameter;

@@ -85,6 +85,32 @@ pub trait Bxdf: Sync {
     }
 }
 
+impl<B: Bxdf + ?Sized> Bxdf for &B {
+    fn channels(&self) -> Channels {
+        (**self).channels()
+    }
+
+    fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        (**self).f(wo, wi)
+    }
+
+    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        (**self).pdf(wo, wi)
+    }
+
+    fn sample_f(&self, wo: DVec3, u: [f64; 3]) -> BxdfSample {
+        (**self).sample_f(wo, u)
+    }
+
+    fn supports(&self, sampling: Sampling) -> bool {
+        (**self).supports(sampling)
+    }
+
+    fn sample(&self, sampling: Sampling, wo: DVec3, u: [f64; 3]) -> BxdfSample {
+        (**self).sample(sampling, wo, u)
+    }
+}
+
 /// wi uniform over the hemisphere of +z, pdf = 1/(2 pi).
 fn sample_uniform<B: Bxdf + ?Sized>(bxdf: &B, wo: DVec3, u: [f64; 3]) -> BxdfSample {
     let wi = Polar::from_cos(u[0]).direction(TAU * u[1]);

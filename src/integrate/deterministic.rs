@@ -1,0 +1,140 @@
+//! Closed forms and quadrature of the models that scenes name.
+
+use super::{ErrorKind, Estimate, Estimator, IntegrateError, microfacet_hd, microfacet_hh};
+use crate::bxdf::{Coupling, DiffuseSpecular, Lambertian, Microfacet, Model};
+use crate::fresnel::Fresnel;
+use crate::masking::Masking;
+use crate::numerics::quadrature::Integral;
+use glam::DVec3;
+
+/// The integral that is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Quantity {
+    /// rho_hd at cos theta_o.
+    RhoHd(f64),
+    /// rho_hh.
+    RhoHh,
+}
+
+/// The closed form, where there is one.
+pub fn closed_form(model: &Model) -> Option<Estimate> {
+    match model {
+        Model::Lambertian(lambertian) => Some(exact(lambertian.albedo())),
+        Model::Microfacet(_) => None,
+        Model::DiffuseSpecular(coupled) => {
+            let rho = closed_form(coupled.specular())?.value;
+            let unspent = DVec3::ONE - coupled.ks().value() * rho;
+            Some(exact(coupled.total_albedo(rho, unspent)))
+        }
+    }
+}
+
+/// Deterministic integration to an absolute error of at most `tolerance`.
+///
+/// # Errors
+/// [`IntegrateError::NotConverged`], or [`IntegrateError::Diverges`] where the integral has no finite value.
+pub fn quadrature(model: &Model, quantity: Quantity, tolerance: f64) -> Result<Estimate, IntegrateError> {
+    match model {
+        Model::Lambertian(lambertian) => Ok(constant(lambertian)),
+        Model::Microfacet(microfacet) => Ok(bound(match quantity {
+            Quantity::RhoHd(mu) => microfacet_hd::rho_hd(microfacet, mu, tolerance)?,
+            Quantity::RhoHh => microfacet_hh::rho_hh(microfacet, tolerance)?,
+        })),
+        Model::DiffuseSpecular(coupled) => coupled_albedo(coupled, quantity, tolerance),
+    }
+}
+
+/// 1 - ks rho_hh of the specular lobe, as accurate as its use needs: relative accuracy where rho_hh is close to 1.
+///
+/// # Errors
+/// As [`quadrature`].
+pub fn unspent(coupled: &DiffuseSpecular, tolerance: f64) -> Result<Estimate, IntegrateError> {
+    let ks = coupled.ks().value();
+    if let Model::Microfacet(microfacet) = coupled.specular()
+        && microfacet.masking == Masking::VGroove
+        && microfacet.fresnel == Fresnel::None
+    {
+        // what a narrow lobe loses is of the order of its squared width
+        let width = microfacet.distribution.width();
+        let lost = microfacet_hh::lost_hh(microfacet, tolerance * (width * width).min(1.0))?;
+        let scale = ks * microfacet.reflectance.value();
+        let value = (DVec3::ONE - scale) + scale * lost.bounded.value;
+        return Ok(Estimate {
+            value,
+            error: scale * lost.bounded.error,
+            ..bound(lost)
+        });
+    }
+    let rho = quadrature(coupled.specular(), Quantity::RhoHh, tolerance)?;
+    Ok(Estimate {
+        value: DVec3::ONE - ks * rho.value,
+        error: ks * rho.error,
+        ..rho
+    })
+}
+
+/// The albedo of eq. 28 from those of its specular lobe; the lobe takes nine tenths of the tolerance, rho_bar the rest.
+fn coupled_albedo(coupled: &DiffuseSpecular, quantity: Quantity, tolerance: f64) -> Result<Estimate, IntegrateError> {
+    let rest = match (coupled.coupling(), quantity) {
+        (Coupling::EnergyPreserving, Quantity::RhoHd(_)) => None,
+        _ => Some(unspent(coupled, 0.1 * tolerance)?),
+    };
+    let (unspent, unspent_error) = rest.map_or((DVec3::ONE, DVec3::ZERO), |rest| (rest.value, rest.error));
+    let spent = rest.map_or(0, |rest| rest.evaluations);
+    match quantity {
+        Quantity::RhoHd(_) => {
+            let rho = quadrature(coupled.specular(), quantity, 0.9 * tolerance)?;
+            Ok(Estimate {
+                value: coupled.total_albedo(rho.value, unspent),
+                error: coupled.total_albedo_error(rho.value, rho.error, unspent, unspent_error),
+                evaluations: rho.evaluations + spent,
+                ..rho
+            })
+        }
+        Quantity::RhoHh => Ok(Estimate {
+            value: coupled.total_mean_albedo(unspent),
+            // the slope in 1 - ks rho_bar is between -1 and 1
+            error: unspent_error,
+            kind: ErrorKind::Bound,
+            estimator: Estimator::Quadrature,
+            evaluations: spent,
+        }),
+    }
+}
+
+fn constant(lambertian: &Lambertian) -> Estimate {
+    Estimate {
+        estimator: Estimator::ClosedForm,
+        ..exact(lambertian.albedo())
+    }
+}
+
+fn exact(value: DVec3) -> Estimate {
+    // a handful of roundings
+    let error = value.abs() * 4.0 * f64::EPSILON;
+    Estimate {
+        value,
+        error,
+        kind: ErrorKind::Exact,
+        estimator: Estimator::ClosedForm,
+        evaluations: 0,
+    }
+}
+
+fn bound(integral: Integral) -> Estimate {
+    Estimate {
+        value: integral.bounded.value,
+        error: integral.bounded.error,
+        kind: ErrorKind::Bound,
+        estimator: Estimator::Quadrature,
+        evaluations: integral.evaluations,
+    }
+}
+
+/// Whether the deterministic rules cover the model: all that scenes can name so far.
+pub fn covers(model: &Model) -> bool {
+    match model {
+        Model::Lambertian(_) | Model::Microfacet(Microfacet { .. }) => true,
+        Model::DiffuseSpecular(coupled) => covers(coupled.specular()),
+    }
+}
