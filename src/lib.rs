@@ -7,4 +7,5 @@ pub mod geometry;
 pub mod masking;
 pub mod numerics;
 pub mod parameter;
+pub mod scene;
 pub mod spectrum;
