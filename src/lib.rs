@@ -8,4 +8,5 @@ pub mod integrate;
 pub mod masking;
 pub mod numerics;
 pub mod parameter;
+pub mod scene;
 pub mod spectrum;

@@ -1,0 +1,133 @@
+//! Scenes: which materials there are, read from TOML.
+//!
+//! The reader walks the spans of the TOML document itself rather than deriving serde types, because a derived error says
+//! neither what is allowed nor, inside tagged tables, where. A scene is refused at its first error: later ones are often
+//! consequences.
+
+mod error;
+mod reader;
+#[cfg(test)]
+mod refusals;
+mod spec;
+mod suggest;
+mod table;
+#[cfg(test)]
+mod tests;
+mod text;
+mod vocabulary;
+
+pub use error::{Refusal, SceneError};
+pub use spec::{DistributionSpec, ModelSpec, Roughness};
+
+use std::fs::File;
+use std::io::Read;
+use std::panic::resume_unwind;
+use std::path::Path;
+use std::thread;
+
+/// Largest scene file in bytes. Materials are a few hundred bytes each, and the reader needs many times the size of the
+/// file in memory.
+const LARGEST: usize = 16 << 20;
+
+/// Stack of the thread that reads a scene, in bytes; only what is touched gets memory.
+///
+/// The TOML parser allows 80 nested values and 80 dotted keys for each, and freeing such a tree recurses to 6400 levels:
+/// more than a megabyte in optimised builds, where a thread commonly has two.
+const STACK: usize = 64 << 20;
+
+/// The materials that somebody wants tables for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Name of the scene, free text; the stem of the file name unless `[scene]` gives one.
+    pub name: String,
+    /// At least one material, in the order of the file, with different names.
+    pub materials: Vec<Material>,
+    /// The file, as messages name it.
+    pub source: String,
+}
+
+/// A named model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Free text that is not empty.
+    pub name: String,
+    /// What it is made of.
+    pub model: ModelSpec,
+    /// Line of its `[[material]]`, counted from 1.
+    pub line: usize,
+}
+
+impl Scene {
+    /// Reads the scene file at `path`.
+    ///
+    /// # Errors
+    /// [`SceneError`] when the file cannot be read, is larger than 16 MiB, is not UTF-8, or is refused by
+    /// [`Scene::parse`].
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        let source = path.display().to_string();
+        let bytes = read_at_most(path, LARGEST).map_err(|reason| SceneError::Unreadable {
+            path: source.clone(),
+            reason,
+        })?;
+        let Some(bytes) = bytes else {
+            return Err(too_large(&source));
+        };
+        let text = str::from_utf8(&bytes).map_err(|error| SceneError::NotUtf8 {
+            path: source.clone(),
+            offset: error.valid_up_to(),
+        })?;
+        Self::parse(text, &source)
+    }
+
+    /// The scene that is used when none is given: the materials of [Mikkelsen 2009, figure 7], one of each further
+    /// distribution, and one with a roughness axis.
+    pub fn default_scene() -> Self {
+        let text = include_str!("default.toml");
+        Self::parse(text, "built-in scene").unwrap_or_else(|error| unreachable!("{error}"))
+    }
+
+    /// Reads a scene from its text; `source` names it in messages.
+    ///
+    /// # Errors
+    /// [`SceneError::Refused`] for text that is not TOML, for unknown, missing or duplicate names, and for parameters
+    /// outside their legal ranges; [`SceneError::TooLarge`] beyond 16 MiB; [`SceneError::Unreadable`] when the system
+    /// has no thread left to read it on.
+    pub fn parse(text: &str, source: &str) -> Result<Self, SceneError> {
+        if text.len() > LARGEST {
+            return Err(too_large(source));
+        }
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        on_a_deep_stack(source, || reader::scene(text, source))
+    }
+}
+
+/// Runs `read` on a thread with [`STACK`] bytes of stack.
+fn on_a_deep_stack(source: &str, read: impl FnOnce() -> Result<Scene, SceneError> + Send) -> Result<Scene, SceneError> {
+    thread::scope(|scope| {
+        let reader = thread::Builder::new().stack_size(STACK).spawn_scoped(scope, read);
+        let reader = reader.map_err(|reason| SceneError::Unreadable {
+            path: source.to_owned(),
+            reason,
+        })?;
+        reader.join().unwrap_or_else(|panic| resume_unwind(panic))
+    })
+}
+
+/// The bytes of a file, `None` when there are more than `limit`.
+fn read_at_most(path: &Path, limit: usize) -> std::io::Result<Option<Vec<u8>>> {
+    let file = File::open(path)?;
+    if file.metadata()?.len() > limit as u64 {
+        return Ok(None);
+    }
+    let mut bytes = Vec::new();
+    // pipes and devices do not say how long they are
+    file.take(limit as u64 + 1).read_to_end(&mut bytes)?;
+    Ok((bytes.len() <= limit).then_some(bytes))
+}
+
+fn too_large(source: &str) -> SceneError {
+    SceneError::TooLarge {
+        path: source.to_owned(),
+        limit: LARGEST,
+    }
+}

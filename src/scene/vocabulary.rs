@@ -1,0 +1,163 @@
+//! The names that a scene may use, and those that it may use one day.
+
+use super::suggest::nearest;
+use crate::bxdf::Coupling;
+use crate::distribution::Family;
+use crate::masking::Masking;
+use crate::parameter::{BECKMANN_M, KAPPA, Legal, PHONG_N};
+use std::fmt;
+
+/// A closed set of names with their meanings.
+pub(super) struct Vocabulary<T: 'static> {
+    /// What the names are names of, for messages.
+    pub(super) what: &'static str,
+    /// Names that this version understands.
+    pub(super) known: &'static [(&'static str, T)],
+    /// Names of the format that this version cannot compute.
+    pub(super) later: &'static [&'static str],
+}
+
+/// Types of bxdfs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum BxdfType {
+    Lambertian,
+    Microfacet,
+    DiffuseSpecular,
+}
+
+/// Types of Fresnel terms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FresnelType {
+    None,
+    Dielectric,
+    Conductor,
+    ConductorApproximate,
+    Schlick,
+}
+
+/// A family and its roughness parameter under the name that goes with the type name: `phong{n}` is `blinn{exponent}`.
+pub(super) type DistributionType = (Family, Legal);
+
+pub(super) const BXDFS: Vocabulary<BxdfType> = Vocabulary {
+    what: "bxdf",
+    known: &[
+        ("lambertian", BxdfType::Lambertian),
+        ("microfacet", BxdfType::Microfacet),
+        ("diffuse-specular", BxdfType::DiffuseSpecular),
+    ],
+    later: &[
+        "oren-nayar",
+        "fresnel-blend",
+        "specular-reflection",
+        "specular-transmission",
+        "fresnel-specular",
+        "brdf-to-btdf",
+        "scaled",
+        "sum",
+        "merl",
+        "irregular",
+    ],
+};
+
+pub(super) const DISTRIBUTIONS: Vocabulary<DistributionType> = Vocabulary {
+    what: "distribution",
+    known: &[
+        ("vmf", (Family::Vmf, KAPPA)),
+        ("beckmann", (Family::Beckmann, BECKMANN_M)),
+        ("phong", (Family::Phong, PHONG_N)),
+        ("blinn", (Family::Phong, EXPONENT)),
+    ],
+    later: &["ashikhmin-shirley", "ggx"],
+};
+
+/// The exponent of [`PHONG_N`] under the name that `blinn` gives it.
+const EXPONENT: Legal = Legal {
+    name: "exponent",
+    ..PHONG_N
+};
+
+pub(super) const MASKINGS: Vocabulary<Masking> = Vocabulary {
+    what: "masking",
+    known: &[("none", Masking::None), ("v-groove", Masking::VGroove)],
+    later: &["smith", "smith-correlated"],
+};
+
+pub(super) const FRESNELS: Vocabulary<FresnelType> = Vocabulary {
+    what: "fresnel",
+    known: &[
+        ("none", FresnelType::None),
+        ("dielectric", FresnelType::Dielectric),
+        ("conductor", FresnelType::Conductor),
+        ("conductor-approximate", FresnelType::ConductorApproximate),
+        ("schlick", FresnelType::Schlick),
+    ],
+    later: &[],
+};
+
+pub(super) const COUPLINGS: Vocabulary<Coupling> = Vocabulary {
+    what: "coupling",
+    known: &[
+        ("mikkelsen", Coupling::Mikkelsen),
+        ("energy-preserving", Coupling::EnergyPreserving),
+    ],
+    later: &[],
+};
+
+impl<T: Copy> Vocabulary<T> {
+    /// What `name` means.
+    ///
+    /// # Errors
+    /// Words that follow `... = "name" is not ...` and say what is understood.
+    pub(super) fn find(&self, name: &str) -> Result<T, String> {
+        let Self { what, known, later } = self;
+        if let Some((_, meaning)) = known.iter().find(|(word, _)| *word == name) {
+            return Ok(*meaning);
+        }
+        if later.contains(&name) {
+            return Err(format!(
+                "is not available: this version cannot compute this {what} yet; {self}"
+            ));
+        }
+        let words = known.iter().map(|(word, _)| *word).chain(later.iter().copied());
+        let hint = match nearest(name, words) {
+            Some(word) if later.contains(&word) => {
+                format!("; did you mean \"{word}\", which this version cannot compute yet?")
+            }
+            Some(word) => format!("; did you mean \"{word}\"?"),
+            None => String::new(),
+        };
+        Err(format!("is not allowed: {self}{hint}"))
+    }
+}
+
+impl<T> fmt::Display for Vocabulary<T> {
+    /// `masking is one of "none", "v-groove"`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words: Vec<String> = self.known.iter().map(|(word, _)| format!("\"{word}\"")).collect();
+        write!(f, "{} is one of {}", self.what, words.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_understood_refused_or_put_off() {
+        assert_eq!(MASKINGS.find("v-groove"), Ok(Masking::VGroove));
+        assert_eq!(
+            MASKINGS.find("smith").unwrap_err(),
+            "is not available: this version cannot compute this masking yet; masking is one of \"none\", \"v-groove\""
+        );
+        assert_eq!(
+            MASKINGS.find("vgroove").unwrap_err(),
+            "is not allowed: masking is one of \"none\", \"v-groove\"; did you mean \"v-groove\"?"
+        );
+        assert_eq!(
+            DISTRIBUTIONS.find("GGX").unwrap_err(),
+            "is not allowed: distribution is one of \"vmf\", \"beckmann\", \"phong\", \"blinn\"; did you mean \"ggx\", \
+             which this version cannot compute yet?"
+        );
+        assert!(!BXDFS.find("").unwrap_err().contains("did you mean"));
+    }
+}
