@@ -2,9 +2,11 @@
 
 pub mod bxdf;
 pub mod distribution;
+pub mod export;
 pub mod fresnel;
 pub mod geometry;
 pub mod masking;
 pub mod numerics;
 pub mod parameter;
 pub mod spectrum;
+pub mod table;
