@@ -2,6 +2,7 @@
 
 pub mod bxdf;
 pub mod distribution;
+pub mod export;
 pub mod fresnel;
 pub mod geometry;
 pub mod integrate;
@@ -10,3 +11,4 @@ pub mod numerics;
 pub mod parameter;
 pub mod scene;
 pub mod spectrum;
+pub mod table;

@@ -1,0 +1,248 @@
+//! `manifest.json`: all tables of a scene with the facts of their files, and which material uses which.
+
+use super::{ExportError, FORMAT, SOFTWARE, VERSION, sha256_hex};
+use crate::table::axis::Axis;
+use crate::table::{Between, Table};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+/// Name of the manifest in the directory of the tables.
+pub const FILE_NAME: &str = "manifest.json";
+
+/// Everything that was written for one scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of this layout.
+    pub format: i32,
+    /// The program.
+    pub software: String,
+    /// Version of the program.
+    pub version: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// The tables, in the order of the plan.
+    pub tables: Vec<TableEntry>,
+    /// The materials, in the order of the scene.
+    pub materials: Vec<MaterialEntry>,
+}
+
+/// One table and its file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TableEntry {
+    /// Stem of the file name.
+    pub id: String,
+    /// Name of the file, beside the manifest.
+    pub file: String,
+    /// Size of the file in bytes.
+    pub bytes: u64,
+    /// SHA-256 of the file, hexadecimal.
+    pub sha256: String,
+    /// `rho_hd` or `rho_hh`.
+    pub quantity: String,
+    /// `reflection` or `transmission`.
+    pub lobe: String,
+    /// Number of channels, 1 or 3.
+    pub channels: usize,
+    /// Width and height in texels.
+    pub size: [usize; 2],
+    /// Along the width, then along the height.
+    pub axes: Vec<AxisEntry>,
+    /// Materials that use the table.
+    pub materials: Vec<String>,
+    /// Parameters that are constant over the table, by name.
+    pub parameters: Map<String, Value>,
+    /// Name of the estimator.
+    pub estimator: String,
+    /// `bound`, `ci99` or `exact`.
+    pub error_kind: String,
+    /// Largest absolute error asked for.
+    pub tolerance: f64,
+    /// Largest error of any texel: the tolerance reached.
+    pub max_texel_error: f64,
+    /// Error of a lookup between texels; null while nobody has measured it.
+    pub between: Option<BetweenEntry>,
+    /// Smallest stored value.
+    pub min: f64,
+    /// Largest stored value.
+    pub max: f64,
+    /// Integrand evaluations.
+    pub evaluations: u64,
+    /// Seed of the random streams.
+    pub seed: u64,
+}
+
+/// One axis of a table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AxisEntry {
+    /// Name of the parameter.
+    pub parameter: String,
+    /// Name of the mapping.
+    pub mapping: String,
+    /// `centres` or `ends`.
+    pub texel_rule: String,
+    /// Value at u = 0.
+    pub min: f64,
+    /// Value at u = 1.
+    pub max: f64,
+    /// Number of texels.
+    pub size: usize,
+    /// The texture coordinate, as a shader computes it.
+    pub shader: String,
+}
+
+/// The error of a lookup between texels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BetweenEntry {
+    /// Largest absolute error found.
+    pub error: f64,
+    /// Where: one value per axis.
+    pub at: Vec<f64>,
+    /// Number of places looked at.
+    pub probes: u64,
+}
+
+/// A material and its tables.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MaterialEntry {
+    /// Name in the scene.
+    pub name: String,
+    /// Ids of the tables that it uses; none when closed forms suffice.
+    pub tables: Vec<String>,
+}
+
+impl TableEntry {
+    /// The entry of `table`, stored as `bytes` in the file `file`.
+    pub fn new(table: &Table, file: impl Into<String>, bytes: &[u8]) -> Self {
+        let (min, max) = table.range();
+        let parameters = table.parameters.iter().cloned();
+        Self {
+            id: table.id.clone(),
+            file: file.into(),
+            bytes: bytes.len() as u64,
+            sha256: sha256_hex(bytes),
+            quantity: table.quantity.name().into(),
+            lobe: table.lobe.name().into(),
+            channels: table.channels.count(),
+            size: table.size(),
+            axes: table.axes.iter().map(AxisEntry::new).collect(),
+            materials: table.materials.clone(),
+            parameters: parameters.map(|(name, value)| (name, Value::String(value))).collect(),
+            estimator: table.estimator.clone(),
+            error_kind: table.error_kind.name().into(),
+            tolerance: table.tolerance,
+            max_texel_error: table.max_texel_error(),
+            between: table.between.as_ref().map(BetweenEntry::new),
+            min,
+            max,
+            evaluations: table.evaluations,
+            seed: table.seed,
+        }
+    }
+}
+
+impl AxisEntry {
+    fn new(axis: &Axis) -> Self {
+        Self {
+            parameter: axis.parameter.clone(),
+            mapping: axis.mapping.name().into(),
+            texel_rule: axis.rule.name().into(),
+            min: axis.min,
+            max: axis.max,
+            size: axis.size,
+            shader: axis.shader_formula(),
+        }
+    }
+}
+
+impl BetweenEntry {
+    fn new(between: &Between) -> Self {
+        Self {
+            error: between.error,
+            at: between.at.clone(),
+            probes: between.probes,
+        }
+    }
+}
+
+impl Manifest {
+    /// The manifest of a scene with the given materials and tables.
+    pub fn new(scene: impl Into<String>, seed: u64, materials: &[String], tables: Vec<TableEntry>) -> Self {
+        let users = |name: &String| MaterialEntry {
+            name: name.clone(),
+            tables: tables
+                .iter()
+                .filter(|table| table.materials.contains(name))
+                .map(|table| table.id.clone())
+                .collect(),
+        };
+        let materials = materials.iter().map(users).collect();
+        Self {
+            format: FORMAT,
+            software: SOFTWARE.into(),
+            version: VERSION.into(),
+            scene: scene.into(),
+            seed,
+            tables,
+            materials,
+        }
+    }
+
+    /// Indented JSON with a final newline; the same text for the same manifest.
+    ///
+    /// # Errors
+    /// [`ExportError::Manifest`], which the types of a manifest do not provoke.
+    pub fn to_json(&self) -> Result<String, ExportError> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
+    }
+
+    /// A manifest from its JSON; every f64 comes back bit by bit.
+    ///
+    /// # Errors
+    /// [`ExportError::Manifest`] with line and column when `json` is damaged or lacks facts.
+    pub fn from_json(json: &str) -> Result<Self, ExportError> {
+        Ok(serde_json::from_str(json)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::export::exr::to_bytes;
+    use crate::table::samples::{grey_2d, rgb_1d, scalar};
+
+    fn manifest() -> Manifest {
+        let entry = |table: Table| TableEntry::new(&table, format!("{}.exr", table.id), &to_bytes(&table).unwrap());
+        let tables = [scalar(), rgb_1d(), grey_2d()].map(entry).to_vec();
+        Manifest::new("figure 7", u64::MAX, &["gold".into(), "lambert".into()], tables)
+    }
+
+    #[test]
+    fn facts_come_back_bit_by_bit_and_the_text_is_stable() {
+        let json = manifest().to_json().unwrap();
+        assert_eq!(Manifest::from_json(&json).unwrap(), manifest());
+        assert!((0..20).all(|_| manifest().to_json().unwrap() == json));
+        assert!(json.contains("\"between\": null"), "{json}");
+        assert!(json.contains("\"shader\": \"u = sqrt(mu)\""));
+        assert!(json.contains("\"formula\": \"a = b\\n= c\""));
+        assert!(json.ends_with("}\n"));
+    }
+
+    #[test]
+    fn materials_list_their_tables() {
+        let materials = manifest().materials;
+        assert_eq!(materials[0].tables, ["gold", "vmf.rho_hd"]);
+        assert_eq!(materials[1].tables, [""; 0]);
+    }
+
+    #[test]
+    fn damaged_manifests_are_refused() {
+        let json = manifest().to_json().unwrap();
+        for cut in (0..json.len() - 2).step_by(7) {
+            if let Some(part) = json.get(..cut) {
+                assert!(Manifest::from_json(part).is_err());
+            }
+        }
+    }
+}

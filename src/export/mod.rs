@@ -1,0 +1,80 @@
+//! Tables as files: OpenEXR images that any viewer opens and that say how they were made, and a manifest of them.
+//!
+//! Bytes depend on the tables alone, never on the run: no dates, no timings, no hash order.
+
+mod attributes;
+pub mod exr;
+pub mod manifest;
+pub mod names;
+pub mod read;
+pub mod write;
+
+use crate::table::TableError;
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// The name under which files are signed.
+pub const SOFTWARE: &str = "whitefurnace";
+/// The version of the program, in every file that it writes.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Version of the layout of attributes and manifest; files of a later layout are refused, not guessed at.
+pub const FORMAT: i32 = 1;
+
+/// Why a file could not be written or read.
+#[derive(Debug, Error)]
+pub enum ExportError {
+    /// The table breaks its own rules.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// The system refused.
+    #[error("cannot {action} {}", path.display())]
+    Io {
+        /// What was tried: `write`, `read`, `create directory`, ...
+        action: &'static str,
+        /// The file or directory.
+        path: PathBuf,
+        /// The reason of the system.
+        source: std::io::Error,
+    },
+    /// A file stands where a directory is needed.
+    #[error("cannot create directory {}: {} is a file", path.display(), file.display())]
+    NotADirectory {
+        /// The directory asked for.
+        path: PathBuf,
+        /// The file in its way.
+        file: PathBuf,
+    },
+    /// A table that the format cannot hold.
+    #[error("cannot encode table {id}: {reason}")]
+    Encode {
+        /// The table.
+        id: String,
+        /// What went wrong.
+        reason: String,
+    },
+    /// A file that is damaged, too large, or not what it is taken for.
+    #[error("cannot read {}: {reason}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A manifest that is no JSON or lacks facts.
+    #[error("the manifest cannot be read or written")]
+    Manifest(#[from] serde_json::Error),
+}
+
+impl ExportError {
+    /// An [`ExportError::Io`] for `path`.
+    fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_path_buf();
+        move |source| Self::Io { action, path, source }
+    }
+}
+
+/// SHA-256 of `bytes`, 64 lower-case hexadecimal digits.
+pub fn sha256_hex(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,137 @@
+//! Files that appear whole or not at all, and the directories that they go to.
+
+use super::ExportError;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+use tempfile::{Builder, NamedTempFile};
+
+/// Writes `bytes` to `path`, replacing what was there. Whoever looks sees the old file or the new one, never a part:
+/// the bytes go to a temporary file in the same directory, to the disk, and only then under their name.
+///
+/// # Errors
+/// [`ExportError::Io`] with the path and the reason of the system; nothing is left behind.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
+    // The rename of a file onto an empty path would fail late and with a puzzling reason.
+    if path.file_name().is_none() {
+        let source = io::Error::new(io::ErrorKind::InvalidInput, "the path names no file");
+        return Err(ExportError::io("write", path)(source));
+    }
+    let directory = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    write_and_rename(directory, path, bytes).map_err(ExportError::io("write", path))
+}
+
+fn write_and_rename(directory: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut temporary = temporary_in(directory)?;
+    temporary.write_all(bytes)?;
+    temporary.as_file().sync_all()?;
+    temporary.persist(path).map_err(|error| error.error)?;
+    // The file is complete by now. That its name survives a power cut is worth an attempt; not every file system lets
+    // directories be synchronised.
+    let _ = File::open(directory).and_then(|directory| directory.sync_all());
+    Ok(())
+}
+
+/// A file that vanishes unless it is persisted, readable by whom the umask allows: temporary files are private by
+/// default, and tables are made to be read by others.
+fn temporary_in(directory: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = Builder::new();
+    builder.prefix(".furnace-").suffix(".part");
+    #[cfg(unix)]
+    let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o666);
+    #[cfg(unix)]
+    builder.permissions(permissions);
+    builder.tempfile_in(directory)
+}
+
+/// Makes the directory `path` and those above it; it may exist already.
+///
+/// # Errors
+/// [`ExportError::NotADirectory`] when a file is in the way, [`ExportError::Io`] for every other reason.
+pub fn create_dir(path: &Path) -> Result<(), ExportError> {
+    std::fs::create_dir_all(path).map_err(|source| {
+        // The system says "exists" or "not a directory" without saying which part of the path it means.
+        let file = path.ancestors().find(|part| part.is_file());
+        match file {
+            Some(file) => ExportError::NotADirectory {
+                path: path.to_path_buf(),
+                file: file.to_path_buf(),
+            },
+            None => ExportError::io("create directory", path)(source),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::error::Error;
+    use std::fs;
+
+    fn entries(directory: &Path) -> usize {
+        fs::read_dir(directory).unwrap().count()
+    }
+
+    #[test]
+    fn files_are_replaced_and_nothing_else_stays() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("table.exr");
+        write_whole(&path, b"first, longer").unwrap();
+        write_whole(&path, b"second").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"second");
+        assert_eq!(entries(directory.path()), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn files_are_as_readable_as_any_other() {
+        use std::os::unix::fs::PermissionsExt;
+        let directory = tempfile::tempdir().unwrap();
+        let [ours, plain] = ["ours", "plain"].map(|name| directory.path().join(name));
+        write_whole(&ours, b"x").unwrap();
+        fs::write(&plain, b"x").unwrap();
+        let mode = |path| fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&ours), mode(&plain));
+    }
+
+    #[test]
+    fn failures_name_path_and_reason_and_leave_nothing() {
+        let directory = tempfile::tempdir().unwrap();
+        let taken = directory.path().join("taken.exr");
+        fs::create_dir(&taken).unwrap();
+        fs::write(taken.join("inside"), b"x").unwrap();
+        let file = directory.path().join("file");
+        fs::write(&file, b"x").unwrap();
+        for path in [
+            taken.clone(),
+            file.join("table.exr"),
+            directory.path().join("missing/table.exr"),
+        ] {
+            let error = write_whole(&path, b"bytes").unwrap_err();
+            assert!(error.to_string().contains(&path.display().to_string()), "{error}");
+            assert!(!error.source().unwrap().to_string().is_empty());
+        }
+        assert!(write_whole(Path::new(""), b"x").is_err() && write_whole(Path::new("/"), b"x").is_err());
+        assert_eq!(entries(directory.path()), 2);
+        assert_eq!(entries(&taken), 1);
+    }
+
+    #[test]
+    fn directories_are_made_unless_a_file_is_in_the_way() {
+        let directory = tempfile::tempdir().unwrap();
+        let deep = directory.path().join("a/b/c");
+        create_dir(&deep).unwrap();
+        create_dir(&deep).unwrap();
+        let file = directory.path().join("file");
+        fs::write(&file, b"x").unwrap();
+        for path in [file.clone(), file.join("a/b")] {
+            match create_dir(&path).unwrap_err() {
+                ExportError::NotADirectory { path: asked, file: way } => assert_eq!((asked, way), (path, file.clone())),
+                other => panic!("{other}"),
+            }
+        }
+    }
+}
