@@ -2,6 +2,7 @@
 
 pub mod bxdf;
 pub mod distribution;
+pub mod estimate;
 pub mod export;
 pub mod fresnel;
 pub mod geometry;
@@ -9,6 +10,7 @@ pub mod integrate;
 pub mod masking;
 pub mod numerics;
 pub mod parameter;
+pub mod plan;
 pub mod scene;
 pub mod spectrum;
 pub mod table;

@@ -1,2 +1,22 @@
-//! `furnace`, the command line of `whitefurnace`.
-fn main() {}
+//! `furnace`: energy-conserving BRDFs precomputed, from a scene file to lookup tables.
+//!
+//! A command reads a scene, plans the tables that it calls for, integrates their texels and exports them:
+//! scene -> plan -> integrate -> table -> export. Each arrow is one function of the library; the commands under `cli` hold
+//! them together and talk to people.
+
+mod cli;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+/// 0: good, 1: a verification failed, 2: usage, input or output.
+fn main() -> ExitCode {
+    let arguments = cli::Arguments::parse();
+    match cli::run(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            failure.tell();
+            ExitCode::from(2)
+        }
+    }
+}

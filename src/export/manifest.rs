@@ -96,7 +96,7 @@ pub struct AxisEntry {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BetweenEntry {
     /// Largest absolute error found.
-    pub error: f64,
+    pub error: Option<f64>,
     /// Where: one value per axis.
     pub at: Vec<f64>,
     /// Number of places looked at.
@@ -159,7 +159,7 @@ impl AxisEntry {
 impl BetweenEntry {
     fn new(between: &Between) -> Self {
         Self {
-            error: between.error,
+            error: between.error.is_finite().then_some(between.error),
             at: between.at.clone(),
             probes: between.probes,
         }

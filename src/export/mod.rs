@@ -5,7 +5,6 @@
 mod attributes;
 pub mod exr;
 pub mod manifest;
-pub mod names;
 pub mod read;
 pub mod write;
 

@@ -1,7 +1,7 @@
 //! Closed forms and quadrature of the models that scenes name.
 
 use super::{ErrorKind, Estimate, Estimator, IntegrateError, microfacet_hd, microfacet_hh};
-use crate::bxdf::{Coupling, DiffuseSpecular, Lambertian, Microfacet, Model};
+use crate::bxdf::{DiffuseSpecular, Lambertian, Microfacet, Model};
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
 use crate::numerics::quadrature::Integral;
@@ -40,7 +40,14 @@ pub fn quadrature(model: &Model, quantity: Quantity, tolerance: f64) -> Result<E
             Quantity::RhoHd(mu) => microfacet_hd::rho_hd(microfacet, mu, tolerance)?,
             Quantity::RhoHh => microfacet_hh::rho_hh(microfacet, tolerance)?,
         })),
-        Model::DiffuseSpecular(coupled) => coupled_albedo(coupled, quantity, tolerance),
+        Model::DiffuseSpecular(coupled) => {
+            let unspent = unspent(coupled, 0.1 * tolerance)?;
+            let estimate = coupled_albedo(coupled, quantity, tolerance, &unspent)?;
+            Ok(Estimate {
+                evaluations: estimate.evaluations + unspent.evaluations,
+                ..estimate
+            })
+        }
     }
 }
 
@@ -73,31 +80,43 @@ pub fn unspent(coupled: &DiffuseSpecular, tolerance: f64) -> Result<Estimate, In
     })
 }
 
-/// The albedo of eq. 28 from those of its specular lobe; the lobe takes nine tenths of the tolerance, rho_bar the rest.
-fn coupled_albedo(coupled: &DiffuseSpecular, quantity: Quantity, tolerance: f64) -> Result<Estimate, IntegrateError> {
-    let rest = match (coupled.coupling(), quantity) {
-        (Coupling::EnergyPreserving, Quantity::RhoHd(_)) => None,
-        _ => Some(unspent(coupled, 0.1 * tolerance)?),
-    };
-    let (unspent, unspent_error) = rest.map_or((DVec3::ONE, DVec3::ZERO), |rest| (rest.value, rest.error));
-    let spent = rest.map_or(0, |rest| rest.evaluations);
+/// [`quadrature`] of a coupling whose 1 - ks rho_bar is known already; its evaluations are not counted again.
+///
+/// # Errors
+/// As [`quadrature`].
+pub fn quadrature_with(
+    model: &Model,
+    quantity: Quantity,
+    tolerance: f64,
+    unspent: &Estimate,
+) -> Result<Estimate, IntegrateError> {
+    match model {
+        Model::DiffuseSpecular(coupled) => coupled_albedo(coupled, quantity, tolerance, unspent),
+        other => quadrature(other, quantity, tolerance),
+    }
+}
+
+/// The albedo of eq. 28 from those of its specular lobe, which takes nine tenths of the tolerance.
+fn coupled_albedo(
+    coupled: &DiffuseSpecular,
+    quantity: Quantity,
+    tolerance: f64,
+    unspent: &Estimate,
+) -> Result<Estimate, IntegrateError> {
     match quantity {
         Quantity::RhoHd(_) => {
             let rho = quadrature(coupled.specular(), quantity, 0.9 * tolerance)?;
             Ok(Estimate {
-                value: coupled.total_albedo(rho.value, unspent),
-                error: coupled.total_albedo_error(rho.value, rho.error, unspent, unspent_error),
-                evaluations: rho.evaluations + spent,
+                value: coupled.total_albedo(rho.value, unspent.value),
+                error: coupled.total_albedo_error(rho.value, rho.error, unspent.value, unspent.error),
                 ..rho
             })
         }
         Quantity::RhoHh => Ok(Estimate {
-            value: coupled.total_mean_albedo(unspent),
+            value: coupled.total_mean_albedo(unspent.value),
+            evaluations: 0,
             // the slope in 1 - ks rho_bar is between -1 and 1
-            error: unspent_error,
-            kind: ErrorKind::Bound,
-            estimator: Estimator::Quadrature,
-            evaluations: spent,
+            ..*unspent
         }),
     }
 }

@@ -1,20 +1,9 @@
 //! The choice of an estimator for a model, and its run.
 
-use super::deterministic::{Quantity, closed_form, covers, quadrature};
+use super::deterministic::{Quantity, closed_form, covers, quadrature, quadrature_with, unspent};
 use super::monte_carlo::{self, Outgoing, Samples, outgoing};
-use super::{Estimate, Estimator, IntegrateError, coupled_bxdf};
+use super::{Effort, Estimate, Estimator, IntegrateError, coupled_bxdf};
 use crate::bxdf::{Bxdf, CoupledBxdf, Model, Sampling};
-
-/// How much work an estimate may take.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effort {
-    /// Largest absolute error.
-    pub tolerance: f64,
-    /// Fixed number of Monte Carlo samples instead of the tolerance.
-    pub samples: Option<u64>,
-    /// Seed of the random streams.
-    pub seed: u64,
-}
 
 /// Most samples that a tolerance may ask for: some minutes of one core.
 const SAMPLE_LIMIT: u64 = 1 << 34;
@@ -49,6 +38,8 @@ pub struct Integrator<'a> {
     effort: Effort,
     /// The model as a [`Bxdf`], where Monte Carlo needs one.
     bxdf: Option<Sampled<'a>>,
+    /// 1 - ks rho_bar, shared by all directions of a coupling.
+    unspent: Option<Estimate>,
 }
 
 /// A model that can be sampled; couplings carry their precomputed albedo.
@@ -82,17 +73,29 @@ impl<'a> Integrator<'a> {
             Estimator::MonteCarlo(_) => Some(sampled(model)?),
             _ => None,
         };
+        let unspent = match (estimator, model) {
+            (Estimator::Quadrature, Model::DiffuseSpecular(coupled)) => {
+                Some(unspent(coupled, UNSPENT_SHARE * effort.tolerance)?)
+            }
+            _ => None,
+        };
         Ok(Self {
             model,
             estimator,
             effort,
             bxdf,
+            unspent,
         })
     }
 
     /// The estimator in use, never [`Estimator::Auto`].
     pub fn estimator(&self) -> Estimator {
         self.estimator
+    }
+
+    /// Evaluations spent on what all directions share, not counted in their estimates.
+    pub fn shared_evaluations(&self) -> u64 {
+        self.unspent.map_or(0, |unspent| unspent.evaluations)
     }
 
     /// Computes the integral; `cell` names the random streams and has no effect on deterministic estimators.
@@ -124,10 +127,16 @@ impl<'a> Integrator<'a> {
                 Some(estimate) => Ok(estimate),
                 None => quadrature(self.model, target.quantity(), tolerance),
             },
-            _ => quadrature(self.model, target.quantity(), tolerance),
+            _ => match &self.unspent {
+                Some(unspent) => quadrature_with(self.model, target.quantity(), tolerance, unspent),
+                None => quadrature(self.model, target.quantity(), tolerance),
+            },
         }
     }
 }
+
+/// Share of the tolerance that goes to rho_bar of a coupling.
+const UNSPENT_SHARE: f64 = 0.1;
 
 fn sampled(model: &Model) -> Result<Sampled<'_>, IntegrateError> {
     Ok(match model {

@@ -5,6 +5,7 @@
 
 mod coupled;
 pub mod deterministic;
+mod fill;
 mod integrator;
 mod lobe;
 mod microfacet_hd;
@@ -13,112 +14,13 @@ pub mod monte_carlo;
 mod segment;
 
 pub use coupled::coupled_bxdf;
-pub use integrator::{Effort, Integrator, Target};
+pub use fill::{FillError, Progress, fill, work};
+pub use integrator::{Integrator, Target};
 
-use crate::bxdf::Sampling;
+pub use crate::estimate::{Effort, ErrorKind, Estimate, Estimator};
+
 use crate::numerics::quadrature::NotConverged;
-use glam::DVec3;
-use std::fmt;
-use std::str::FromStr;
 use thiserror::Error;
-
-/// What the stated error of an estimate means.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum ErrorKind {
-    /// A closed form; the error is rounding alone.
-    Exact,
-    /// A bound from nested deterministic rules.
-    Bound,
-    /// The half-width of a 99 % confidence interval.
-    Ci99,
-}
-
-impl ErrorKind {
-    /// Name in JSON and in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "exact",
-            Self::Bound => "bound",
-            Self::Ci99 => "ci99",
-        }
-    }
-}
-
-/// A computed integral: value, error, and the evaluations of the integrand that it took.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
-    /// Value per channel.
-    pub value: DVec3,
-    /// Error per channel, in the sense of `kind`.
-    pub error: DVec3,
-    /// Meaning of `error`.
-    pub kind: ErrorKind,
-    /// How it was computed.
-    pub estimator: Estimator,
-    /// Evaluations of the integrand; 0 for closed forms.
-    pub evaluations: u64,
-}
-
-/// A way to compute the integrals.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Estimator {
-    /// The cheapest of the others that meets the tolerance.
-    Auto,
-    /// A formula.
-    ClosedForm,
-    /// Deterministic adaptive integration.
-    Quadrature,
-    /// Monte Carlo integration with the given sampling.
-    MonteCarlo(Sampling),
-}
-
-impl Estimator {
-    /// Every estimator, in the order of help texts.
-    pub const ALL: [Self; 8] = [
-        Self::Auto,
-        Self::ClosedForm,
-        Self::Quadrature,
-        Self::MonteCarlo(Sampling::Uniform),
-        Self::MonteCarlo(Sampling::Cosine),
-        Self::MonteCarlo(Sampling::Normals),
-        Self::MonteCarlo(Sampling::Visible),
-        Self::MonteCarlo(Sampling::Bxdf),
-    ];
-
-    /// Name on the command line, in JSON and in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::ClosedForm => "closed-form",
-            Self::Quadrature => "quadrature",
-            Self::MonteCarlo(Sampling::Uniform) => "mc-uniform",
-            Self::MonteCarlo(Sampling::Cosine) => "mc-cosine",
-            Self::MonteCarlo(Sampling::Normals) => "mc-normals",
-            Self::MonteCarlo(Sampling::Visible) => "mc-visible",
-            Self::MonteCarlo(Sampling::Bxdf) => "mc-bxdf",
-        }
-    }
-}
-
-impl fmt::Display for Estimator {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for Estimator {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        Self::ALL
-            .into_iter()
-            .find(|estimator| estimator.name() == name)
-            .ok_or_else(|| {
-                let known: Vec<&str> = Self::ALL.iter().map(|estimator| estimator.name()).collect();
-                format!("unknown estimator `{name}`; known are {}", known.join(", "))
-            })
-    }
-}
 
 /// Why an integral has no stated value.
 #[derive(Debug, Clone, PartialEq, Error)]

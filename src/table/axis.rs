@@ -281,6 +281,16 @@ impl Axis {
         position.clamp(0.0, n - 1.0)
     }
 
+    /// Parameter, mapping and texel rule in a few words: `sqrt-mu centres`, `log1p(kappa) ends`.
+    pub fn label(&self) -> String {
+        match self.mapping {
+            Mapping::Mu | Mapping::SqrtMu => format!("{} {}", self.mapping.name(), self.rule.name()),
+            Mapping::Linear | Mapping::Log | Mapping::Log1p => {
+                format!("{}({}) {}", self.mapping.name(), self.parameter, self.rule.name())
+            }
+        }
+    }
+
     /// The texture coordinate as one assignment that GLSL, HLSL, MSL and WGSL all read, scaling for
     /// [`TexelRule::Ends`] included: `u = sqrt(mu)`, `u = log(kappa/1.0)/log(4096.0)`.
     pub fn shader_formula(&self) -> String {

@@ -5,6 +5,7 @@
 
 pub mod axis;
 mod lookup;
+pub mod names;
 #[cfg(test)]
 pub(crate) mod samples;
 mod stored;
@@ -61,22 +62,13 @@ named!(
     }
 );
 
-named!(
-    /// What an error means.
-    ErrorKind {
-        /// The true value is no further away: deterministic integration.
-        Bound = "bound",
-        /// Half-width of a 99 % confidence interval.
-        Ci99 = "ci99",
-        /// A closed form: the error is that of its arithmetic.
-        Exact = "exact",
-    }
-);
+pub use crate::estimate::ErrorKind;
 
 /// How far a linear-filtered lookup strays from the true value anywhere in the domain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Between {
-    /// Largest absolute error found, rounding to the stored format included.
+    /// Largest absolute error found, rounding to the stored format included; infinite where the function itself grows
+    /// without bound within the domain.
     pub error: f64,
     /// Where it occurs: one value per axis, in the unit of that axis.
     pub at: Vec<f64>,
@@ -90,7 +82,7 @@ pub struct Between {
 /// along the height; row 0 comes first. A table without axes has one texel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// Stem of the file name, see [`crate::export::names`].
+    /// Stem of the file name, see [`names`].
     pub id: String,
     /// The integral.
     pub quantity: Quantity,
@@ -240,8 +232,8 @@ impl Table {
             }
         }
         let Some(between) = &self.between else { return Ok(()) };
-        if !(between.error >= 0.0 && between.error.is_finite()) {
-            return Err(self.refuse(format!("error between texels {} is not finite and >= 0", between.error)));
+        if between.error.is_nan() || between.error < 0.0 {
+            return Err(self.refuse(format!("error between texels {} is not >= 0", between.error)));
         }
         if between.at.len() != self.axes.len() || between.at.iter().any(|value| !value.is_finite()) {
             return Err(self.refuse(format!(

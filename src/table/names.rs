@@ -3,7 +3,7 @@
 //! A name that is already safe stays as it is. Any other is cleaned and gets a hash of the original, whatever other
 //! names there are: adding a material to a scene never renames the files of the others.
 
-use super::sha256_hex;
+use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 
 /// Longest stem in bytes, so that stem, extension and directory stay within the limits of all file systems.
@@ -47,7 +47,11 @@ fn stem_with(original: &str, digits: usize) -> String {
     if !clean.is_empty() && clean == original && clean.len() <= MAX_LENGTH && !looks_hashed(&clean) {
         return clean;
     }
-    let hash = &sha256_hex(original.as_bytes())[..digits];
+    let hash: String = Sha256::digest(original.as_bytes())
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    let hash = &hash[..digits];
     let kept = &clean[..clean.len().min(MAX_LENGTH - 1 - digits)];
     match kept.trim_end_matches(['.', '-']) {
         "" => format!("unnamed-{hash}"),

@@ -1,0 +1,184 @@
+//! `furnace bake`
+
+use super::{Common, Failure, Shape, format};
+use clap::Args;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use whitefurnace::export::manifest::{self, Manifest, TableEntry};
+use whitefurnace::export::{exr, write};
+use whitefurnace::integrate::{fill, work};
+use whitefurnace::plan::Plan;
+use whitefurnace::table::Table;
+
+/// Arguments of `furnace bake`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Writes <table>.exr for every table and manifest.json with all their facts. Each EXR holds the values as R G B or Y, which any
+viewer opens, and the error of every texel as the layer `error`. Nothing is written before everything is computed.
+
+Two errors are stated: `texel`, the largest error at any texel, and `lookup`, the largest error of a linear-filtered lookup
+anywhere between texels. The second falls with --resolution.")]
+pub(super) struct Bake {
+    #[command(flatten)]
+    common: Common,
+    #[command(flatten)]
+    shape: Shape,
+    /// Directory for the tables; outputs/<scene> by default.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+struct Baked {
+    table: Table,
+    purpose: &'static str,
+    entry: TableEntry,
+    bytes: Vec<u8>,
+}
+
+impl Bake {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        let start = Instant::now();
+        let scene = self.common.load()?;
+        let plan = Plan::new(&scene, &self.common.request(&self.shape))?;
+        let directory = self
+            .out
+            .clone()
+            .unwrap_or_else(|| Path::new("outputs").join(&plan.directory));
+        // an unusable directory is found before the work, not after it
+        write::create_dir(&directory)?;
+        let baked = self.common.in_pool(|| compute(&plan))?;
+        let manifest = write_all(&directory, &plan, &baked, self.common.seed)?;
+        let seconds = start.elapsed().as_secs_f64();
+        if self.common.json {
+            let directory = directory.display().to_string();
+            let value = json!({ "directory": directory, "seconds": seconds, "manifest": manifest });
+            format::say(serde_json::to_string_pretty(&value)?);
+        } else {
+            report(&directory, &plan, &baked, seconds);
+        }
+        Ok(())
+    }
+}
+
+fn compute(plan: &Plan) -> Result<Vec<Baked>, Failure> {
+    let bar = format::progress(plan.tables.iter().map(work).sum(), "baking");
+    let mut baked = Vec::with_capacity(plan.tables.len());
+    for planned in &plan.tables {
+        let table = fill(planned, &|integrals| bar.inc(integrals))?;
+        let bytes = exr::to_bytes(&table)?;
+        let entry = TableEntry::new(&table, format!("{}.exr", table.id), &bytes);
+        baked.push(Baked {
+            table,
+            purpose: planned.purpose,
+            entry,
+            bytes,
+        });
+    }
+    bar.finish_and_clear();
+    Ok(baked)
+}
+
+/// The tables first, the manifest last: a manifest never names a table that is not there.
+fn write_all(directory: &Path, plan: &Plan, baked: &[Baked], seed: u64) -> Result<Manifest, Failure> {
+    for table in baked {
+        write::write_whole(&directory.join(&table.entry.file), &table.bytes)?;
+    }
+    let entries = baked.iter().map(|table| table.entry.clone()).collect();
+    let manifest = Manifest::new(&plan.scene, seed, &plan.materials, entries);
+    write::write_whole(&directory.join(manifest::FILE_NAME), manifest.to_json()?.as_bytes())?;
+    Ok(manifest)
+}
+
+fn report(directory: &Path, plan: &Plan, baked: &[Baked], seconds: f64) {
+    let header = [
+        "table",
+        "texels",
+        "axes",
+        "values",
+        "estimator",
+        "evaluations",
+        "texel error",
+        "lookup error",
+    ];
+    let right = ["texels", "evaluations", "texel error", "lookup error"];
+    let rows = baked.iter().map(|baked| row(&baked.table)).collect();
+    format::say(format!(
+        "{}: {} tables in {}\n\n",
+        plan.scene,
+        baked.len(),
+        directory.display()
+    ));
+    format::say(format::table(&header, &right, rows).to_string());
+    for baked in baked {
+        if let Some(excess) = baked.table.energy_excess() {
+            format::say(format!(
+                "\nfinding: {} exceeds 1 by {:.3} at {}: this model does not conserve energy",
+                baked.table.id,
+                excess.excess,
+                place(&baked.table, &excess.at),
+            ));
+        }
+    }
+    let evaluations = baked.iter().map(|baked| baked.table.evaluations).sum();
+    let bytes: usize = baked.iter().map(|baked| baked.bytes.len()).sum();
+    format::say(format!(
+        "\n{} evaluations at the texels, {} KiB, {}.",
+        format::count(evaluations),
+        bytes.div_ceil(1024),
+        format::seconds(seconds)
+    ));
+    if let Some(first) = baked.first() {
+        format::say(format!(
+            "\nNext:\n  furnace inspect {}",
+            directory.join(&first.entry.file).display()
+        ));
+        format::say(format!("    what a table holds; this one: {}", first.purpose));
+        format::say(format!(
+            "  {}\n    every fact, for programs",
+            directory.join(manifest::FILE_NAME).display()
+        ));
+        format::say("  README.md, \"Reading a table in a shader\"");
+    }
+}
+
+fn row(table: &Table) -> Vec<String> {
+    let [width, height] = table.size();
+    let (min, max) = table.range();
+    vec![
+        table.id.clone(),
+        if height == 1 {
+            width.to_string()
+        } else {
+            format!("{width} x {height}")
+        },
+        table
+            .axes
+            .iter()
+            .map(|axis| axis.label())
+            .collect::<Vec<_>>()
+            .join(", "),
+        if min == max {
+            format!("{min:.5}")
+        } else {
+            format!("{min:.5} .. {max:.5}")
+        },
+        table.estimator.clone(),
+        format::count(table.evaluations),
+        format::error(table.max_texel_error()),
+        table
+            .between
+            .as_ref()
+            .map_or_else(|| "-".into(), |between| format::error(between.error)),
+    ]
+}
+
+/// Axis values as `mu = 0.5, kappa = 17`.
+pub(super) fn place(table: &Table, at: &[f64]) -> String {
+    let places = table
+        .axes
+        .iter()
+        .zip(at)
+        .map(|(axis, value)| format!("{} = {value:.6}", axis.parameter));
+    places.collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,182 @@
+//! `furnace inspect`
+
+use super::{Failure, bake::place, format};
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use whitefurnace::export::manifest::TableEntry;
+use whitefurnace::export::read::{Contents, ForeignChannel, ForeignLayer, TableFile, read_exr};
+use whitefurnace::table::Table;
+
+/// Arguments of `furnace inspect`.
+#[derive(Debug, Args)]
+pub(super) struct Inspect {
+    /// A table (.exr).
+    file: PathBuf,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Inspect {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        let file = read_exr(&self.file)?;
+        if self.json {
+            format::say(serde_json::to_string_pretty(&as_json(&file))?);
+            return Ok(());
+        }
+        format::say(format!(
+            "{}, {} bytes, sha256 {}\n\n",
+            file.path.display(),
+            file.bytes,
+            file.sha256
+        ));
+        match &file.contents {
+            Contents::Table { table, version } => report(table, version),
+            Contents::Foreign(layers) => layers.iter().for_each(report_foreign),
+        }
+        Ok(())
+    }
+}
+
+fn report(table: &Table, version: &str) {
+    let (min, max) = table.range();
+    let mut facts = vec![
+        ("quantity", format!("{}, {}", table.quantity.name(), table.lobe.name())),
+        ("materials", table.materials.join(", ")),
+        ("channels", table.channels.count().to_string()),
+    ];
+    for axis in &table.axes {
+        facts.push((
+            "axis",
+            format!("{} texels, {}, {}", axis.size, axis.rule.name(), axis.shader_formula()),
+        ));
+    }
+    facts.push(("range", format!("{min} .. {max}")));
+    facts.push((
+        "texel error",
+        format!(
+            "{} ({})",
+            format::error(table.max_texel_error()),
+            table.error_kind.name()
+        ),
+    ));
+    let lookup = table.between.as_ref().map(|between| {
+        let (error, at) = (format::error(between.error), place(table, &between.at));
+        format!("{error} at {at}, the largest of {} places", between.probes)
+    });
+    facts.push(("lookup error", lookup.unwrap_or_else(|| "not measured".into())));
+    let made = format!(
+        "{}, tolerance {:e}, seed {}",
+        table.estimator, table.tolerance, table.seed
+    );
+    facts.push((
+        "made by",
+        format!(
+            "whitefurnace {version}, {made}, {} evaluations",
+            format::count(table.evaluations)
+        ),
+    ));
+    for (name, value) in &table.parameters {
+        facts.push(("parameter", format!("{name} = {value}")));
+    }
+    if let Some(excess) = table.energy_excess() {
+        facts.push((
+            "finding",
+            format!("exceeds 1 by {:.3} at {}", excess.excess, place(table, &excess.at)),
+        ));
+    }
+    for (name, fact) in facts {
+        format::say(format!("{name:<13} {fact}"));
+    }
+    format::say(format!("\n{}", samples(table)));
+}
+
+/// Texels spread over the table, its ends among them, with their errors.
+fn samples(table: &Table) -> comfy_table::Table {
+    let [width, height] = table.size();
+    let spread = |size: usize, most: usize| -> Vec<usize> {
+        if size <= most {
+            (0..size).collect()
+        } else {
+            (0..most).map(|i| i * (size - 1) / (most - 1)).collect()
+        }
+    };
+    let mut header: Vec<&str> = table.axes.iter().map(|axis| axis.parameter.as_str()).collect();
+    header.extend(["value", "error"]);
+    let mut rows = Vec::new();
+    for y in spread(height, 3) {
+        for x in spread(width, 9) {
+            let index = y * width + x;
+            let at = table
+                .axes
+                .iter()
+                .zip([x, y])
+                .map(|(axis, i)| format!("{:.6}", axis.texel(i)));
+            let value = format::channels(&table.channels.of(table.stored(index)), |value| format!("{value:.7}"));
+            let error = table
+                .channels
+                .of(table.texel_error(index))
+                .into_iter()
+                .fold(0.0, f64::max);
+            rows.push(at.chain([value, format::error(error)]).collect());
+        }
+    }
+    format::table(&header, &header, rows)
+}
+
+fn report_foreign(layer: &ForeignLayer) {
+    let name = layer.name.as_deref().unwrap_or("image");
+    let [width, height] = layer.size;
+    format::say(format!(
+        "{name}: {width} x {height}, written by {}",
+        layer.software.as_deref().unwrap_or("unknown")
+    ));
+    for channel in &layer.channels {
+        let fact = match &channel.samples {
+            None => format!("not decoded, compression {}", layer.compression),
+            Some(samples) => {
+                let range = samples
+                    .range
+                    .map_or_else(|| "no finite sample".into(), |(min, max)| format!("{min} .. {max}"));
+                if samples.not_finite > 0 {
+                    format!("{range}, {} not finite", samples.not_finite)
+                } else {
+                    range
+                }
+            }
+        };
+        format::say(format!("  {} ({}): {fact}", channel.name, channel.kind));
+    }
+    format::say("It has no attributes of whitefurnace: axes, texel rule and errors are unknown.");
+}
+
+fn as_json(file: &TableFile) -> Value {
+    let path = file.path.display().to_string();
+    match &file.contents {
+        Contents::Table { table, version } => {
+            let mut entry = json!(TableEntry::new(table, &path, &[]));
+            entry["bytes"] = json!(file.bytes);
+            entry["sha256"] = json!(file.sha256);
+            entry["version"] = json!(version);
+            entry
+        }
+        Contents::Foreign(layers) => {
+            let layers: Vec<Value> = layers.iter().map(foreign_json).collect();
+            json!({ "file": path, "bytes": file.bytes, "sha256": file.sha256, "foreign": layers })
+        }
+    }
+}
+
+fn foreign_json(layer: &ForeignLayer) -> Value {
+    let channel = |channel: &ForeignChannel| {
+        json!({
+            "name": channel.name,
+            "type": channel.kind,
+            "range": channel.samples.as_ref().and_then(|samples| samples.range),
+            "not_finite": channel.samples.as_ref().map(|samples| samples.not_finite),
+        })
+    };
+    let channels: Vec<Value> = layer.channels.iter().map(channel).collect();
+    json!({ "name": layer.name, "size": layer.size, "software": layer.software, "channels": channels })
+}

@@ -1,0 +1,170 @@
+//! The command line: arguments, and one file per command.
+
+mod bake;
+mod format;
+mod inspect;
+mod number;
+mod plan;
+mod rho;
+
+use clap::{Args, Parser, Subcommand};
+use std::error::Error;
+use std::fmt;
+use std::path::PathBuf;
+use whitefurnace::estimate::{Effort, Estimator};
+use whitefurnace::plan::Request;
+use whitefurnace::scene::Scene;
+use whitefurnace::table::axis::Mapping;
+
+const TEACH: &str = "\
+Examples:
+  furnace bake                              the built-in scene, into outputs/
+  furnace plan scene.toml                   what a bake would compute, and what it would cost
+  furnace rho --theta-deg 0,60,85           directional albedo at three angles
+  furnace inspect outputs/default/FILE.exr  what a table holds
+
+rho_hd is the share of light from one direction that a material reflects into all others; rho_hh is its mean.
+Every number comes with an error: a bound (quadrature), a 99 % interval (Monte Carlo), or rounding alone (closed forms).
+
+Exit codes: 0 good, 1 a verification failed, 2 wrong usage, input or output.";
+
+/// Precomputes energy-conserving BRDFs: reflectance integrals to a stated error, as lookup tables.
+#[derive(Debug, Parser)]
+#[command(name = "furnace", version, about, after_help = TEACH, arg_required_else_help = true)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Compute the tables that a scene calls for and write them.
+    Bake(bake::Bake),
+    /// Say what a bake would compute, what it would leave out and why, and what it would cost.
+    Plan(plan::PlanCommand),
+    /// Print rho_hd at given directions, and rho_hh.
+    Rho(rho::Rho),
+    /// Say what a table holds, how it was made, its range and its error.
+    Inspect(inspect::Inspect),
+}
+
+/// What all commands that compute have in common.
+#[derive(Debug, Args)]
+struct Common {
+    /// Scene file (TOML); without one the built-in scene is used.
+    scene: Option<PathBuf>,
+    /// How integrals are computed: auto, closed-form, quadrature, mc-uniform, mc-cosine, mc-normals, mc-visible, mc-bxdf.
+    #[arg(long, default_value = "auto", value_name = "NAME")]
+    estimator: Estimator,
+    /// Largest absolute error of any value, 1e-12 to 0.5.
+    #[arg(long, default_value = "1e-6", value_name = "ERROR", value_parser = number::tolerance)]
+    tolerance: f64,
+    /// Fixed number of Monte Carlo samples instead of the tolerance, 2 to 2^40.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1 << 40))]
+    samples: Option<u64>,
+    /// Seed of the random streams; the same seed gives the same bytes on any number of threads.
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    seed: u64,
+    /// Threads to use; as many as there are cores by default.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The shape of tables.
+#[derive(Debug, Args)]
+struct Shape {
+    /// Texels along mu, 2 to 16384.
+    #[arg(long, default_value_t = 64, value_name = "N", value_parser = number::resolution)]
+    resolution: usize,
+    /// Texels along a roughness axis, 2 to 16384.
+    #[arg(long, default_value_t = 32, value_name = "N", value_parser = number::resolution)]
+    roughness_resolution: usize,
+    /// Mapping of the mu axis: mu, sqrt-mu, or auto, which measures both and keeps the better.
+    #[arg(long, default_value = "auto", value_name = "MAPPING", value_parser = number::mapping)]
+    axis: AxisChoice,
+}
+
+/// `--axis`: a mapping, or nothing for the measured choice.
+#[derive(Debug, Clone, Copy)]
+struct AxisChoice(Option<Mapping>);
+
+/// Why a command stopped.
+#[derive(Debug)]
+pub(crate) struct Failure(Box<dyn Error + Send + Sync>);
+
+impl<E: Into<Box<dyn Error + Send + Sync>>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self(error.into())
+    }
+}
+
+impl Failure {
+    /// Writes the error and those of its causes that it does not quote to standard error.
+    pub(crate) fn tell(&self) {
+        eprintln!("error: {self}");
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut text = self.0.to_string();
+        let mut cause = self.0.source();
+        while let Some(error) = cause {
+            let next = error.to_string();
+            if !text.contains(&next) {
+                text = format!("{text}: {next}");
+            }
+            cause = error.source();
+        }
+        f.write_str(&text)
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    match &arguments.command {
+        Command::Bake(bake) => bake.run(),
+        Command::Plan(plan) => plan.run(),
+        Command::Rho(rho) => rho.run(),
+        Command::Inspect(inspect) => inspect.run(),
+    }
+}
+
+impl Common {
+    fn load(&self) -> Result<Scene, Failure> {
+        Ok(match &self.scene {
+            Some(path) => Scene::load(path)?,
+            None => Scene::default_scene(),
+        })
+    }
+
+    fn effort(&self) -> Effort {
+        Effort {
+            tolerance: self.tolerance,
+            samples: self.samples,
+            seed: self.seed,
+        }
+    }
+
+    fn request(&self, shape: &Shape) -> Request {
+        Request {
+            resolution: shape.resolution,
+            roughness_resolution: shape.roughness_resolution,
+            mapping: shape.axis.0,
+            estimator: self.estimator,
+            effort: self.effort(),
+        }
+    }
+
+    /// Runs `work` on the number of threads asked for.
+    fn in_pool<T: Send>(&self, work: impl FnOnce() -> Result<T, Failure> + Send) -> Result<T, Failure> {
+        let threads = self.threads.map_or(0, usize::from);
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()?
+            .install(work)
+    }
+}

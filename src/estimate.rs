@@ -1,0 +1,122 @@
+//! The vocabulary of results: how an integral is computed, what came out, and what its error means.
+
+use crate::bxdf::Sampling;
+use glam::DVec3;
+use std::fmt;
+use std::str::FromStr;
+
+/// What the stated error of an estimate means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ErrorKind {
+    /// A closed form: the error is that of its arithmetic.
+    Exact,
+    /// The true value is no further away: deterministic integration with nested rules.
+    Bound,
+    /// Half-width of a 99 % confidence interval.
+    Ci99,
+}
+
+impl ErrorKind {
+    /// The name in files, manifests and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Bound => "bound",
+            Self::Ci99 => "ci99",
+        }
+    }
+
+    /// The kind called `name`, if there is one.
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Exact, Self::Bound, Self::Ci99]
+            .into_iter()
+            .find(|kind| kind.name() == name)
+    }
+}
+
+/// A computed integral: value, error, and the evaluations of the integrand that it took.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Value per channel.
+    pub value: DVec3,
+    /// Error per channel, in the sense of `kind`.
+    pub error: DVec3,
+    /// Meaning of `error`.
+    pub kind: ErrorKind,
+    /// How it was computed.
+    pub estimator: Estimator,
+    /// Evaluations of the integrand; 0 for closed forms.
+    pub evaluations: u64,
+}
+
+/// How much work an estimate may take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    /// Largest absolute error.
+    pub tolerance: f64,
+    /// Fixed number of Monte Carlo samples instead of the tolerance.
+    pub samples: Option<u64>,
+    /// Seed of the random streams.
+    pub seed: u64,
+}
+
+/// A way to compute the integrals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Estimator {
+    /// The cheapest of the others that meets the tolerance.
+    Auto,
+    /// A formula.
+    ClosedForm,
+    /// Deterministic adaptive integration.
+    Quadrature,
+    /// Monte Carlo integration with the given sampling.
+    MonteCarlo(Sampling),
+}
+
+impl Estimator {
+    /// Every estimator, in the order of help texts.
+    pub const ALL: [Self; 8] = [
+        Self::Auto,
+        Self::ClosedForm,
+        Self::Quadrature,
+        Self::MonteCarlo(Sampling::Uniform),
+        Self::MonteCarlo(Sampling::Cosine),
+        Self::MonteCarlo(Sampling::Normals),
+        Self::MonteCarlo(Sampling::Visible),
+        Self::MonteCarlo(Sampling::Bxdf),
+    ];
+
+    /// Name on the command line, in JSON and in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::ClosedForm => "closed-form",
+            Self::Quadrature => "quadrature",
+            Self::MonteCarlo(Sampling::Uniform) => "mc-uniform",
+            Self::MonteCarlo(Sampling::Cosine) => "mc-cosine",
+            Self::MonteCarlo(Sampling::Normals) => "mc-normals",
+            Self::MonteCarlo(Sampling::Visible) => "mc-visible",
+            Self::MonteCarlo(Sampling::Bxdf) => "mc-bxdf",
+        }
+    }
+}
+
+impl fmt::Display for Estimator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Estimator {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        Self::ALL
+            .into_iter()
+            .find(|estimator| estimator.name() == name)
+            .ok_or_else(|| {
+                let known: Vec<&str> = Self::ALL.iter().map(|estimator| estimator.name()).collect();
+                format!("unknown estimator `{name}`; known are {}", known.join(", "))
+            })
+    }
+}
