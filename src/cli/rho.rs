@@ -108,13 +108,8 @@ impl Rho {
 
     /// Every combination of the angles with the azimuths.
     fn directions(&self) -> Vec<Direction> {
-        let default = if self.mu.is_empty() && !self.hh {
+        let theta = if self.default_angles() {
             &DEFAULT_ANGLES[..]
-        } else {
-            &[]
-        };
-        let theta = if self.theta_deg.is_empty() {
-            default
         } else {
             &self.theta_deg
         };
@@ -152,9 +147,14 @@ impl Rho {
                     mu: direction.mu,
                     phi: direction.phi_deg.to_radians(),
                 });
-                let mut estimate = integrator
-                    .estimate(target, cell as u64)
-                    .map_err(|error| failed(&error))?;
+                let mut estimate = match integrator.estimate(target, cell as u64) {
+                    // nobody asked for this angle in particular
+                    Err(error @ IntegrateError::Diverges) if self.default_angles() => {
+                        eprintln!("note: {}", failed(&error));
+                        continue;
+                    }
+                    estimate => estimate.map_err(|error| failed(&error))?,
+                };
                 estimate.evaluations += shared.0;
                 let seconds = start.elapsed().as_secs_f64() + shared.1;
                 rows.push(Row {

@@ -20,6 +20,8 @@ pub(super) const VERSION: &str = "whitefurnaceVersion";
 /// Hash of the samples.
 pub(super) const SAMPLES: &str = "sampleSha256";
 const NOT_MEASURED: &str = "not measured";
+/// Value of `betweenError` where the function itself grows without bound.
+const UNBOUNDED: &str = "unbounded";
 
 /// Attributes of one header, in no order.
 pub(super) type Attributes = HashMap<Text, AttributeValue>;
@@ -65,7 +67,15 @@ pub(super) fn from_table(table: &Table, sample_hash: &str) -> Attributes {
     match &table.between {
         None => drop(put("betweenError", string(&NOT_MEASURED))),
         Some(between) => {
-            put("betweenError", number(between.error));
+            let bounded = between.error.is_finite();
+            put(
+                "betweenError",
+                if bounded {
+                    number(between.error)
+                } else {
+                    string(&UNBOUNDED)
+                },
+            );
             put("betweenProbes", string(&between.probes));
             for (k, value) in between.at.iter().enumerate() {
                 put(&format!("betweenAt{k}"), number(*value));
@@ -179,7 +189,10 @@ impl Facts<'_> {
         }
         let at: Result<Vec<f64>, String> = (0..axes).map(|k| self.number(&format!("betweenAt{k}"))).collect();
         Ok(Some(Between {
-            error: self.number("betweenError")?,
+            error: match self.string("betweenError") {
+                Ok(text) if text == UNBOUNDED => f64::INFINITY,
+                _ => self.number("betweenError")?,
+            },
             at: at?,
             probes: self.count("betweenProbes")?,
         }))
