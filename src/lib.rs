@@ -1,4 +1,72 @@
 //! Precomputes energy-conserving BRDFs: reflectance integrals to a stated error, written as lookup tables.
+//!
+//! # From a scene to tables
+//!
+//! | stage | module | takes | gives |
+//! | --- | --- | --- | --- |
+//! | scene | [`scene`] | a TOML file | materials, named models whose roughness may be a range |
+//! | plan | [`plan`] | a scene | the tables that it calls for, with their axes |
+//! | integrate | [`integrate`] | a planned table | its texels, each with an error and a cost |
+//! | table | [`table`] | texels | a lookup, its error at and between texels, its range |
+//! | export | [`export`] | tables | OpenEXR files and a manifest |
+//!
+//! Below them stand, importing nothing above: [`geometry`], [`spectrum`], [`parameter`], [`numerics`]; on those [`fresnel`],
+//! [`distribution`], [`masking`]; on those [`bxdf`]. Only [`integrate`] knows both a BxDF and a table.
+//!
+//! # Conventions
+//!
+//! - The local frame has the surface normal n = +z. Directions are unit vectors that point away from the surface.
+//! - `wo` is the fixed direction, `wi` the integrated one, `wh` or h their half vector; mu = cos theta_o = |wo.z|.
+//! - f is the BxDF without the cosine, in sr^-1. Densities are over solid angle, in sr^-1.
+//! - rho_hd(wo) = int f(wo, wi) |cos theta_i| dwi, the directional-hemispherical reflectance, Mikkelsen's rho;
+//!   rho_hh = (1/pi) int int f |cos theta_i cos theta_o| dwi dwo, its cosine-weighted mean, his rho_bar.
+//! - eta is the index of refraction of the far side over the near side, eta + ik for conductors.
+//! - p(h) is a density of facet normals over solid angle, D = p/(n.h), int D (n.h) dh = 1.
+//! - Angles are in radians; names that end in `_deg` are in degrees. All arithmetic is f64.
+//! - Where a printed equation is wrong or incomplete, the comment at its implementation says what was changed and why.
+//!
+//! # Errors
+//!
+//! Every result is an [`estimate::Estimate`]: value, error, meaning of the error, evaluations. Deterministic results state
+//! a bound from nested rules, statistical ones the half-width of a 99 % confidence interval.
+//!
+//! # Example
+//!
+//! ```
+//! use whitefurnace::estimate::{Effort, Estimator};
+//! use whitefurnace::integrate::{Integrator, Target};
+//! use whitefurnace::scene::Scene;
+//!
+//! let scene = Scene::default_scene();
+//! let model = scene.materials[0].model.at(None)?;
+//! let effort = Effort { tolerance: 1e-8, samples: None, seed: 0 };
+//! let integrator = Integrator::new(&model, Estimator::Auto, effort)?;
+//! let albedo = integrator.estimate(Target::RhoHd { mu: 0.5, phi: 0.0 }, 0)?;
+//! assert!(albedo.error.max_element() <= 1e-8);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Bibliography
+//!
+//! - [Abramowitz and Stegun 1964] M. Abramowitz, I. Stegun, *Handbook of Mathematical Functions*.
+//! - [Chan et al. 1983] T. Chan, G. Golub, R. LeVeque, *Algorithms for computing the sample variance*, The American
+//!   Statistician 37.
+//! - [Johnson 1978] N. Johnson, *Modified t tests and confidence intervals for asymmetrical populations*, Journal of the
+//!   American Statistical Association 73.
+//! - [Mikkelsen 2009] M. Mikkelsen, *Microfacet Based Bidirectional Reflectance Distribution Function*.
+//! - [Patterson 1968] T. Patterson, *The optimum addition of points to quadrature formulae*, Mathematics of Computation 22.
+//! - [pbrt 2010] M. Pharr, G. Humphreys, *Physically Based Rendering*, second edition, chapter 8.
+//! - [pbrt 2016] M. Pharr, W. Jakob, G. Humphreys, *Physically Based Rendering*, third edition, section 8.2.
+//! - [Steele et al. 2014] G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, OOPSLA.
+//!
+//! [Abramowitz and Stegun 1964]: #bibliography
+//! [Chan et al. 1983]: #bibliography
+//! [Johnson 1978]: #bibliography
+//! [Mikkelsen 2009]: #bibliography
+//! [Patterson 1968]: #bibliography
+//! [pbrt 2010]: #bibliography
+//! [pbrt 2016]: #bibliography
+//! [Steele et al. 2014]: #bibliography
 
 pub mod bxdf;
 pub mod distribution;
