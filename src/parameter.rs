@@ -2,6 +2,7 @@
 //!
 //! Values are refused, never repaired: a clamped roughness would bake a table for another material than the one asked for.
 
+use std::fmt;
 use thiserror::Error;
 
 /// The closed interval of values that a parameter may take.
@@ -17,7 +18,10 @@ pub struct Legal {
 
 /// A parameter outside its legal range, NaN and infinities included.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("{parameter} = {value} is not allowed: {parameter} lies in [{min}, {max}]")]
+#[error(
+    "{parameter} = {} is not allowed: {parameter} lies in [{}, {}]",
+    Number(*value), Number(*min), Number(*max)
+)]
 pub struct ParameterError {
     /// Name of the parameter.
     pub parameter: &'static str,
@@ -27,6 +31,21 @@ pub struct ParameterError {
     pub min: f64,
     /// Largest legal value.
     pub max: f64,
+}
+
+/// A number as people write it: 17, 0.25, 1e12.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Number(pub f64);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size != 0.0 && size.is_finite() && !(1e-4..1e6).contains(&size) {
+            write!(f, "{:e}", self.0)
+        } else {
+            write!(f, "{}", self.0)
+        }
+    }
 }
 
 impl Legal {
@@ -84,10 +103,7 @@ mod tests {
         assert_eq!(KAPPA.check(1e12), Ok(1e12));
         for value in [-1e-300, 1.0000001e12, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let error = KAPPA.check(value).unwrap_err();
-            assert!(
-                error.to_string().contains("kappa lies in [0, 1000000000000]"),
-                "{error}"
-            );
+            assert!(error.to_string().contains("kappa lies in [0, 1e12]"), "{error}");
         }
     }
 }

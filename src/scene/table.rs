@@ -4,7 +4,7 @@ use super::error::SceneError;
 use super::suggest::nearest;
 use super::text::Text;
 use super::vocabulary::Vocabulary;
-use crate::parameter::Legal;
+use crate::parameter::{Legal, Number};
 use crate::spectrum::Spectrum;
 use serde_spanned::Spanned;
 use std::fmt;
@@ -142,6 +142,7 @@ impl<'t> Entry<'t> {
             Some(Ok(number)) => Ok(number + 0.0),
             Some(Err(_)) | None => {
                 let Legal { name, min, max } = legal;
+                let (min, max) = (Number(min), Number(max));
                 Err(self.refuse(format!("is not allowed: {name} lies in [{min}, {max}]")))
             }
         }
@@ -202,13 +203,13 @@ impl<'t> Entry<'t> {
 
 const NO_RANGE: &str = "is not allowed: only roughness parameters (kappa, m, n, exponent) may be ranges";
 
-/// `kappa is a number in [0, 1000000000000]`
+/// `kappa is a number in [0, 1e12]`
 pub(super) struct Rule(pub(super) &'static str, pub(super) Legal);
 
 impl fmt::Display for Rule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(kind, Legal { name, min, max }) = self;
-        write!(f, "{name} is {kind} in [{min}, {max}]")
+        write!(f, "{name} is {kind} in [{}, {}]", Number(*min), Number(*max))
     }
 }
 

@@ -171,7 +171,7 @@ fn messages_show_the_line_the_value_and_what_is_allowed() {
         (
             "distribution = { type = \"vmf\", kappa = -3 }",
             "\
-scene.toml:5:40: kappa = -3 is not allowed: kappa lies in [0, 1000000000000]
+scene.toml:5:40: kappa = -3 is not allowed: kappa lies in [0, 1e12]
  5 | distribution = { type = \"vmf\", kappa = -3 }
    |                                        ^^",
         ),
