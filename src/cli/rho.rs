@@ -2,6 +2,7 @@
 
 use super::{Common, Failure, format, number};
 use clap::Args;
+use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::fmt::Display;
 use std::time::Instant;
@@ -70,13 +71,26 @@ impl Rho {
         let materials = self.select(&scene.materials)?;
         let directions = self.directions();
         let hh = self.hh || self.default_angles();
+        let mut cases = Vec::new();
+        for material in materials {
+            cases.extend(
+                self.roughness_values(material)?
+                    .into_iter()
+                    .map(|roughness| (material, roughness)),
+            );
+        }
+        let bar = format::progress(
+            (cases.len() * (directions.len() + usize::from(hh))) as u64,
+            "integrating",
+        );
         let rows = self.common.in_pool(|| {
             let mut rows = Vec::new();
-            for material in materials {
-                rows.extend(self.rows(material, &directions, hh)?);
+            for (material, roughness) in cases {
+                rows.extend(self.rows(material, roughness, &directions, hh, &bar)?);
             }
             Ok(rows)
         })?;
+        bar.finish_and_clear();
         if self.common.json {
             let results: Vec<Value> = rows.iter().map(Row::as_json).collect();
             format::say(serde_json::to_string_pretty(
@@ -128,45 +142,52 @@ impl Rho {
         angles.iter().flat_map(with_azimuths).collect()
     }
 
-    fn rows<'a>(&self, material: &'a Material, directions: &[Direction], hh: bool) -> Result<Vec<Row<'a>>, Failure> {
+    fn rows<'a>(
+        &self,
+        material: &'a Material,
+        roughness: Option<(&'static str, f64)>,
+        directions: &[Direction],
+        hh: bool,
+        bar: &ProgressBar,
+    ) -> Result<Vec<Row<'a>>, Failure> {
         let failed = |error: &dyn Display| format!("material `{}`: {error}", material.name);
+        let start = Instant::now();
+        let model = material
+            .model
+            .at(roughness.map(|(_, value)| value))
+            .map_err(|error| failed(&error))?;
+        let integrator =
+            Integrator::new(&model, self.common.estimator, self.common.effort()).map_err(|error| failed(&error))?;
+        let mut shared = (integrator.shared_evaluations(), start.elapsed().as_secs_f64());
         let mut rows = Vec::new();
-        for roughness in self.roughness_values(material)? {
+        let targets = directions.iter().copied().map(Some).chain(hh.then_some(None));
+        for (cell, direction) in targets.enumerate() {
             let start = Instant::now();
-            let model = material
-                .model
-                .at(roughness.map(|(_, value)| value))
-                .map_err(|error| failed(&error))?;
-            let integrator =
-                Integrator::new(&model, self.common.estimator, self.common.effort()).map_err(|error| failed(&error))?;
-            let mut shared = (integrator.shared_evaluations(), start.elapsed().as_secs_f64());
-            let targets = directions.iter().copied().map(Some).chain(hh.then_some(None));
-            for (cell, direction) in targets.enumerate() {
-                let start = Instant::now();
-                let target = direction.map_or(Target::RhoHh, |direction| Target::RhoHd {
-                    mu: direction.mu,
-                    phi: direction.phi_deg.to_radians(),
-                });
-                let mut estimate = match integrator.estimate(target, cell as u64) {
-                    // nobody asked for this angle in particular
-                    Err(error @ IntegrateError::Diverges) if self.default_angles() => {
-                        eprintln!("note: {}", failed(&error));
-                        continue;
-                    }
-                    estimate => estimate.map_err(|error| failed(&error))?,
-                };
-                estimate.evaluations += shared.0;
-                let seconds = start.elapsed().as_secs_f64() + shared.1;
-                rows.push(Row {
-                    material,
-                    roughness,
-                    direction,
-                    channels: model.channels(),
-                    estimate,
-                    seconds,
-                });
-                shared = (0, 0.0);
-            }
+            let target = direction.map_or(Target::RhoHh, |direction| Target::RhoHd {
+                mu: direction.mu,
+                phi: direction.phi_deg.to_radians(),
+            });
+            let result = integrator.estimate(target, cell as u64);
+            bar.inc(1);
+            let mut estimate = match result {
+                // nobody asked for this angle in particular
+                Err(error @ IntegrateError::Diverges) if self.default_angles() => {
+                    bar.suspend(|| eprintln!("note: {}", failed(&error)));
+                    continue;
+                }
+                estimate => estimate.map_err(|error| failed(&error))?,
+            };
+            estimate.evaluations += shared.0;
+            let seconds = start.elapsed().as_secs_f64() + shared.1;
+            rows.push(Row {
+                material,
+                roughness,
+                direction,
+                channels: model.channels(),
+                estimate,
+                seconds,
+            });
+            shared = (0, 0.0);
         }
         Ok(rows)
     }
