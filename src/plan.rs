@@ -4,8 +4,9 @@ use crate::estimate::{Effort, Estimator};
 use crate::scene::{Material, ModelSpec, Scene};
 use crate::spectrum::Channels;
 use crate::table::axis::{Axis, AxisError, Mapping, TexelRule};
-use crate::table::names::file_stems;
-use crate::table::{Lobe, Quantity};
+use crate::table::names::{file_stem, file_stems};
+use crate::table::{Lobe, MAX_TEXELS, Quantity};
+use thiserror::Error;
 
 /// What the caller of a bake may choose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,6 +72,22 @@ pub struct LeftOut {
     pub reason: String,
 }
 
+/// A table that cannot be computed as asked for.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PlanError {
+    /// An axis of the table.
+    #[error(transparent)]
+    Axis(#[from] AxisError),
+    /// More texels than a file holds.
+    #[error("table {id}: {texels} texels are not allowed: a table has at most {MAX_TEXELS}; lower the resolutions")]
+    TooLarge {
+        /// The table.
+        id: String,
+        /// Texels asked for.
+        texels: usize,
+    },
+}
+
 impl TablePlan {
     /// Number of texels of one alternative.
     pub fn texels(&self) -> usize {
@@ -84,8 +101,8 @@ impl Plan {
     /// The plan for `scene`.
     ///
     /// # Errors
-    /// [`AxisError`] for resolutions that no axis can have.
-    pub fn new(scene: &Scene, request: &Request) -> Result<Self, AxisError> {
+    /// [`PlanError`] for resolutions that no axis or no table can have.
+    pub fn new(scene: &Scene, request: &Request) -> Result<Self, PlanError> {
         let names: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
         let mut tables = Vec::new();
         for (material, stem) in scene.materials.iter().zip(file_stems(&names)) {
@@ -93,7 +110,7 @@ impl Plan {
         }
         Ok(Self {
             scene: scene.name.clone(),
-            directory: crate::table::names::file_stem(&scene.name),
+            directory: file_stem(&scene.name),
             materials: scene.materials.iter().map(|material| material.name.clone()).collect(),
             tables,
             left_out: left_out(scene),
@@ -102,9 +119,9 @@ impl Plan {
 }
 
 /// rho_hd and rho_hh of the whole material, and of the specular lobe alone where eq. 28 couples it to a diffuse base.
-fn material_tables(material: &Material, stem: &str, request: &Request) -> Result<Vec<TablePlan>, AxisError> {
-    let table = |suffix: &str, purpose, quantity, model: &ModelSpec| -> Result<TablePlan, AxisError> {
-        Ok(TablePlan {
+fn material_tables(material: &Material, stem: &str, request: &Request) -> Result<Vec<TablePlan>, PlanError> {
+    let table = |suffix: &str, purpose, quantity, model: &ModelSpec| -> Result<TablePlan, PlanError> {
+        let plan = TablePlan {
             id: format!("{stem}.{suffix}"),
             purpose,
             quantity,
@@ -115,7 +132,11 @@ fn material_tables(material: &Material, stem: &str, request: &Request) -> Result
             alternatives: alternatives(quantity, model, request)?,
             estimator: request.estimator,
             effort: request.effort,
-        })
+        };
+        match plan.texels() {
+            texels if texels > MAX_TEXELS => Err(PlanError::TooLarge { id: plan.id, texels }),
+            _ => Ok(plan),
+        }
     };
     let mut tables = Vec::new();
     if let ModelSpec::DiffuseSpecular { specular, .. } = &material.model {

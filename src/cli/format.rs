@@ -4,6 +4,7 @@ use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, Write, stderr, stdout};
+use std::time::Duration;
 
 /// A table without borders; columns named in `right` are aligned to the right.
 pub(super) fn table(header: &[&str], right: &[&str], rows: Vec<Vec<String>>) -> Table {
@@ -82,8 +83,12 @@ pub(super) fn progress(length: u64, what: &'static str) -> ProgressBar {
         ProgressDrawTarget::hidden()
     };
     let bar = ProgressBar::with_draw_target(Some(length), target).with_message(what);
-    let style = ProgressStyle::with_template("{msg} [{bar:32}] {human_pos}/{human_len} integrals, {eta} left");
+    let style = ProgressStyle::with_template(
+        "{msg} [{bar:32}] {human_pos}/{human_len} integrals, {elapsed} so far, {eta} left",
+    );
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    // a single integral may take minutes: the clock shows that it runs
+    bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }
 
