@@ -4,6 +4,7 @@
 //! At cos theta = 0 every interface reflects everything; where the indices match (eta = 1, k = 0) the limit along
 //! cos theta -> 0 is taken instead, which is 0.
 
+use crate::geometry::Polar;
 use crate::parameter::{ETA, EXTINCTION, ParameterError, R0};
 use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
@@ -90,10 +91,19 @@ impl Fresnel {
 
     /// Reflectance F at `cos` in [0, 1], per channel.
     pub fn reflectance(&self, cos: f64) -> DVec3 {
+        self.reflectance_at(Polar::from_cos(cos))
+    }
+
+    /// Reflectance F at the facet angle `theta`, per channel.
+    ///
+    /// For small |n| all of F happens within a sine of |n|, which the cosine alone does not resolve: at eta = 0.01 its last
+    /// bit is 1e-8 of F.
+    pub fn reflectance_at(&self, theta: Polar) -> DVec3 {
+        let cos = theta.cos;
         match self {
             Self::None => DVec3::ONE,
-            Self::Dielectric { eta } => per_channel(*eta, |eta| dielectric(cos, eta)),
-            Self::Conductor { eta, k } => per_channel_pair(*eta, *k, |eta, k| conductor(cos, eta, k)),
+            Self::Dielectric { eta } => per_channel(*eta, |eta| dielectric_at(theta, eta)),
+            Self::Conductor { eta, k } => per_channel_pair(*eta, *k, |eta, k| conductor_at(theta, eta, k)),
             Self::ConductorApproximate { eta, k } => {
                 per_channel_pair(*eta, *k, |eta, k| conductor_approximate(cos, eta, k))
             }
@@ -106,37 +116,35 @@ impl Fresnel {
 
     /// Cosines in (0, 1) at which integrators should split, in increasing order.
     ///
-    /// F is a function of sqrt((eta + ik)^2 - 1 + cos^2), which branches at cos^2 = 1 - (eta + ik)^2. For a dielectric with
-    /// eta < 1 that is the edge of total internal reflection, a kink. Elsewhere F is smooth, but for nearly matched indices
-    /// it rises to 1 within a cosine of sqrt|1 - (eta + ik)^2|, and does so over a range of scales above it.
+    /// With g = sqrt((eta + ik)^2 - 1 + cos^2) the amplitudes are (cos - g)/(cos + g) and (n^2 cos - g)/(n^2 cos + g),
+    /// n = eta + ik. They are smooth on the scale on which cos, g and n^2 cos outgrow each other, and over the ranges of
+    /// scales above it:
+    /// - g branches at cos^2 = 1 - n^2. For a dielectric with eta < 1 that is the edge of total internal reflection, a kink;
+    ///   an extinction rounds it over a cosine of Im sqrt(1 - n^2). For nearly matched indices it lies near cos = 0.
+    /// - For large |n| the second denominator nearly vanishes at cos = 1/|n|, for small |n| where |g| = |n|^2, beyond the edge.
+    /// - For small |n| all of that happens within a sine of |n|.
     pub fn edges(&self) -> Vec<Edge> {
         let mut edges = Vec::new();
-        let mut one = |eta: f64, k: f64| {
-            let branch = (1.0 - eta) * (1.0 + eta) + k * k;
-            let scale = branch.hypot(2.0 * eta * k).sqrt();
-            if branch > 0.0 && eta < 1.0 {
-                edges.push(Edge {
-                    cos: branch.sqrt(),
-                    kink: k == 0.0,
-                });
-            }
-            if scale < LARGEST_SCALE {
-                let scales = std::iter::successors(Some(scale), |s| Some(s * SCALE_STEP));
-                edges.extend(scales.take_while(|s| *s < 1.0).map(|cos| Edge { cos, kink: false }));
-            }
-        };
         match self {
             Self::Dielectric { eta } => {
-                for eta in distinct([eta.value(), DVec3::ZERO]) {
-                    one(eta.0, 0.0);
+                for (eta, _) in distinct([eta.value(), DVec3::ZERO]) {
+                    edges_of_interface(eta, 0.0, &mut edges);
                 }
             }
             Self::Conductor { eta, k } => {
                 for (eta, k) in distinct([eta.value(), k.value()]) {
-                    one(eta, k);
+                    edges_of_interface(eta, k, &mut edges);
                 }
             }
-            Self::None | Self::ConductorApproximate { .. } | Self::Schlick { .. } => {}
+            // the zeros of the two denominators lie at distances 1/|n| and |n| from cos = 0
+            Self::ConductorApproximate { eta, k } => {
+                for (eta, k) in distinct([eta.value(), k.value()]) {
+                    let size = eta.hypot(k);
+                    edges.extend(scales(size, LARGEST_SCALE).map(smooth_edge));
+                    edges.extend(scales(size.recip(), LARGEST_POLE).map(smooth_edge));
+                }
+            }
+            Self::None | Self::Schlick { .. } => {}
         }
         edges.retain(|edge| edge.cos > 0.0 && edge.cos < 1.0);
         edges.sort_by(|a, b| a.cos.total_cmp(&b.cos).then(b.kink.cmp(&a.kink)));
@@ -154,10 +162,53 @@ pub struct Edge {
     pub kink: bool,
 }
 
-/// Interfaces that reflect weakly enough for their rise at grazing angles to need splits of its own.
+/// Scales below this need splits of their own; a rule of 15 nodes resolves wider ones.
 const LARGEST_SCALE: f64 = 0.3;
+/// The same for a pole near cos = 0, which the rules resolve sooner than a branch.
+const LARGEST_POLE: f64 = 0.1;
 /// Ratio of consecutive splits; a rule of 15 nodes resolves a branch point at that distance to ten digits.
 const SCALE_STEP: f64 = 6.0;
+/// A kink rounded over less than this share of its cosine is near enough to a square root for a variable that suits one.
+const LARGEST_ROUNDING: f64 = 0.03;
+/// A kink rounded over less than this share needs no splits: its integral differs from that of a square root by the 3/2 power.
+const SHARP: f64 = 1e-10;
+
+fn smooth_edge(cos: f64) -> Edge {
+    Edge { cos, kink: false }
+}
+
+/// `scale` and its multiples by powers of [`SCALE_STEP`] below 1, if it is less than `largest`. Matched indices, of scale
+/// 0, have none: they reflect nothing at any angle.
+fn scales(scale: f64, largest: f64) -> impl Iterator<Item = f64> {
+    let first = (scale > 0.0 && scale < largest).then_some(scale);
+    std::iter::successors(first, |s| Some(s * SCALE_STEP)).take_while(|s| *s < 1.0)
+}
+
+fn edges_of_interface(eta: f64, k: f64, edges: &mut Vec<Edge>) {
+    // 1 - n^2 = re - i im
+    let (re, im) = ((1.0 - eta) * (1.0 + eta) + k * k, 2.0 * eta * k);
+    let modulus = re.hypot(im);
+    let size = eta.hypot(k);
+    let cos = (0.5 * (modulus + re)).sqrt();
+    let rounding = 0.5 * im / cos;
+    let kink = re > 0.0 && eta < 1.0 && rounding < LARGEST_ROUNDING * cos;
+    // the first of the scales below are where the kink is
+    let skipped = usize::from(kink);
+    edges.extend(scales(modulus.sqrt(), LARGEST_SCALE).skip(skipped).map(smooth_edge));
+    edges.extend(scales(size.recip(), LARGEST_POLE).map(smooth_edge));
+    if kink {
+        edges.push(Edge { cos, kink });
+        if rounding > SHARP * cos {
+            let distances = scales(rounding, 1.0).take_while(|s| *s < cos);
+            edges.extend(distances.flat_map(|s| [cos - s, cos + s].map(smooth_edge)));
+        }
+        // |g| = |n|^2 and beyond
+        let poles = scales(size * size, LARGEST_POLE).take_while(|g| *g < size);
+        edges.extend(poles.map(|g| smooth_edge((re + g * g).sqrt())));
+    }
+    let sines = scales(size, LARGEST_SCALE).skip(skipped);
+    edges.extend(sines.map(|sin| smooth_edge(((1.0 - sin) * (1.0 + sin)).sqrt())));
+}
 
 /// The pairs of channels that differ.
 fn distinct([a, b]: [DVec3; 2]) -> Vec<(f64, f64)> {
@@ -182,17 +233,32 @@ fn per_channel_pair(a: Spectrum, b: Spectrum, f: impl Fn(f64, f64) -> f64) -> DV
     }
 }
 
+/// eta^2 - sin^2 theta in the form that holds its digits: near grazing for eta near 1, near the normal for eta near 0.
+fn squared_beyond(theta: Polar, eta: f64) -> f64 {
+    if theta.cos < theta.sin {
+        (eta - 1.0) * (eta + 1.0) + theta.cos * theta.cos
+    } else {
+        (eta - theta.sin) * (eta + theta.sin)
+    }
+}
+
+/// Dielectric reflectance at `cos`, exact for unpolarised light.
+pub fn dielectric(cos: f64, eta: f64) -> f64 {
+    dielectric_at(Polar::from_cos(cos), eta)
+}
+
 /// Dielectric reflectance, exact for unpolarised light.
 ///
-/// With g = eta cos theta_t = sqrt(eta^2 - 1 + cos^2) the amplitudes are r_perp = (cos - g)/(cos + g) and
+/// With g = eta cos theta_t = sqrt(eta^2 - sin^2) the amplitudes are r_perp = (cos - g)/(cos + g) and
 /// r_par = (eta^2 cos - g)/(eta^2 cos + g). Multiplied by their conjugates the numerators become
-/// (1 - eta)(1 + eta) and (eta - 1)(eta + 1)((eta^2 + 1) cos^2 - 1), which hold all digits for eta near 1.
-pub fn dielectric(cos: f64, eta: f64) -> f64 {
+/// (1 - eta)(1 + eta) and (eta - 1)(eta + 1)(eta^2 cos^2 - sin^2), which hold all digits for eta near 1.
+fn dielectric_at(theta: Polar, eta: f64) -> f64 {
+    let Polar { sin, cos } = theta;
     let step = (eta - 1.0) * (eta + 1.0);
     if cos == 0.0 {
         return if step == 0.0 { 0.0 } else { 1.0 };
     }
-    let g_squared = step + cos * cos;
+    let g_squared = squared_beyond(theta, eta);
     if g_squared <= 0.0 {
         return if step == 0.0 { 0.0 } else { 1.0 };
     }
@@ -200,22 +266,28 @@ pub fn dielectric(cos: f64, eta: f64) -> f64 {
     let eta_squared = eta * eta;
     let r_perp = -step / ((cos + g) * (cos + g));
     let par = eta_squared * cos + g;
-    let r_par = step * ((eta_squared + 1.0) * cos * cos - 1.0) / (par * par);
+    let r_par = step * ((eta * cos - sin) * (eta * cos + sin)) / (par * par);
     (0.5 * (r_perp * r_perp + r_par * r_par)).min(1.0)
+}
+
+/// Conductor reflectance at `cos` for index eta + ik, exact for unpolarised light.
+pub fn conductor(cos: f64, eta: f64, k: f64) -> f64 {
+    conductor_at(Polar::from_cos(cos), eta, k)
 }
 
 /// Conductor reflectance for index eta + ik, exact for unpolarised light [pbrt 2016, eq. 8.3].
 ///
 /// a + ib is the square root of (eta + ik)^2 - sin^2. a^2 and b^2 are (|z| +- Re z)/2; the one that cancels is taken from
 /// their product (eta k)^2. The numerators of both reflectances are written as sums of squares.
-pub fn conductor(cos: f64, eta: f64, k: f64) -> f64 {
+fn conductor_at(theta: Polar, eta: f64, k: f64) -> f64 {
+    let cos = theta.cos;
     let matched = eta == 1.0 && k == 0.0;
     if matched || cos == 0.0 {
         return if matched { 0.0 } else { 1.0 };
     }
     let cos2 = cos * cos;
-    let sin2 = (1.0 - cos) * (1.0 + cos);
-    let re = (eta - 1.0) * (eta + 1.0) - k * k + cos2;
+    let sin2 = theta.sin * theta.sin;
+    let re = squared_beyond(theta, eta) - k * k;
     let im = 2.0 * eta * k;
     let modulus = re.hypot(im);
     let (a2, b2) = if re >= 0.0 {
@@ -358,6 +430,7 @@ mod tests {
         };
         assert_eq!(f.reflectance(edge * 0.999_999).x, 1.0);
         assert!(f.reflectance(edge * 1.001).x < 0.95);
+        assert!(Fresnel::dielectric(Spectrum::grey(1.0)).unwrap().edges().is_empty());
         assert!(Fresnel::dielectric(Spectrum::grey(0.0)).is_err());
         assert!(Fresnel::schlick(Spectrum::rgb([0.0, 1.1, 0.0])).is_err());
     }

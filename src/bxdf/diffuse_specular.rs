@@ -153,7 +153,8 @@ impl<S: Bxdf> CoupledBxdf<S> {
     }
 
     fn diffuse(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        self.left(wi.z.abs()) * self.base * self.left(wo.z.abs())
+        // in this order the product does not change a bit when the directions are exchanged
+        self.base * (self.left(wi.z.abs()) * self.left(wo.z.abs()))
     }
 
     /// Share of the draws that goes to the specular lobe; each lobe that can contribute keeps at least a tenth.

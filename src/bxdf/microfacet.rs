@@ -55,6 +55,11 @@ impl Microfacet {
         self.reflectance.value() * self.fresnel.reflectance(cos_d)
     }
 
+    /// R F at the facet angle theta_d.
+    pub fn facet_reflectance_at(&self, theta_d: Polar) -> DVec3 {
+        self.reflectance.value() * self.fresnel.reflectance_at(theta_d)
+    }
+
     /// wi from wo mirrored by the facet normal, with its cosines; `None` where the facet faces away or wi points down.
     fn mirrored(wo: DVec3, wm: DVec3) -> (DVec3, Option<Cosines>) {
         let wi = reflect(wo, wm);
@@ -76,7 +81,8 @@ impl Bxdf for Microfacet {
     }
 
     fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        let (wo, wi) = if wo.z < 0.0 { (-wo, -wi) } else { (wo, wi) };
+        // the sum, so that a direction at the horizon goes with either side
+        let (wo, wi) = if wo.z + wi.z < 0.0 { (-wo, -wi) } else { (wo, wi) };
         let highest = wo.z.max(wi.z);
         let lowest = wo.z.min(wi.z);
         // without masking the limit at the horizon is infinite; with it one direction may lie there

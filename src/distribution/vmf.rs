@@ -74,7 +74,10 @@ impl Vmf {
             (exposure - (exposure - kappa).exp().ln_1p()) / kappa
         };
         let rest = kappa - exposure;
-        let cos = if rest < 40.0 {
+        let cos = if rest < -40.0 {
+            // ln(1 + x) = x to the last bit, and x itself may underflow where x/kappa does not
+            rest.exp() * (whole / kappa)
+        } else if rest < 40.0 {
             (whole * rest.exp()).ln_1p() / kappa
         } else {
             1.0 - versine

@@ -30,7 +30,7 @@ const LONGEST_LOG: f64 = 7.0;
 /// An angle at which W(theta) changes its form.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Kink {
-    pub(super) theta: f64,
+    pub(super) theta: Polar,
     /// Whether W has half-integer powers of the distance just below the angle, and just above it.
     pub(super) below: bool,
     pub(super) above: bool,
@@ -42,9 +42,11 @@ pub(super) struct LobeIntegral<'a> {
     /// Angles at which W is not smooth, in any order; only those within (0, pi/2) count.
     pub(super) kinks: &'a [Kink],
     /// W vanishes beyond this angle, itself a kink from below.
-    pub(super) end: Option<f64>,
+    pub(super) end: Option<Polar>,
     /// Bound of |W|.
     pub(super) bound: f64,
+    /// Bound of |W| within 45 degrees of the pole.
+    pub(super) pole_bound: f64,
     /// Largest absolute error allowed.
     pub(super) tolerance: f64,
 }
@@ -56,18 +58,19 @@ impl LobeIntegral<'_> {
         &self,
         mut inner: impl FnMut(Polar, f64) -> Result<Integral, NotConverged>,
     ) -> Result<Integral, IntegrateError> {
-        let q_tail = (2.0 * (self.bound / (TAIL_SHARE * self.tolerance)).max(2.0).ln()).sqrt();
-        let q_at = |theta: f64| (2.0 * self.distribution.exposure(Polar::from_angle(theta))).sqrt();
+        // as a difference of logarithms: the quotient may overflow
+        let q_tail = (2.0 * (self.bound.ln() - (TAIL_SHARE * self.tolerance).ln()).max(1.0)).sqrt();
+        let q_at = |theta: Polar| (2.0 * self.distribution.exposure(theta)).sqrt();
         let q_end = self.end.map_or(f64::INFINITY, q_at);
         let q_max = q_tail.min(q_end);
         // the normals within q of the pole weigh q^2/2; kinks that all lie there, at grazing angles, are not resolved
-        let q_pole = (2.0 * POLE_SHARE * self.tolerance / self.bound).sqrt();
+        let q_pole = (2.0 * POLE_SHARE * self.tolerance / self.pole_bound).sqrt();
         let mut cuts: Vec<(f64, Kink)> = self.kinks.iter().map(|kink| (q_at(kink.theta), *kink)).collect();
         let crowded = cuts.iter().any(|(q, _)| *q > 0.0 && *q <= q_pole);
         let q_min = if crowded { q_pole } else { 0.0 };
         cuts.retain(|(q, _)| *q > q_min && *q < q_max);
         let smooth = Kink {
-            theta: 0.0,
+            theta: Polar::POLE,
             below: false,
             above: false,
         };
@@ -109,7 +112,7 @@ impl LobeIntegral<'_> {
         } else {
             0.0
         };
-        let cut_off = self.bound * (tail + 0.5 * q_min * q_min);
+        let cut_off = self.bound * tail + self.pole_bound * 0.5 * q_min * q_min;
         match (failure, outer) {
             (Some(error), _) | (None, Err(error)) => Err(error.into()),
             (None, Ok(mut integral)) => {

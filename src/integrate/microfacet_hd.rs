@@ -28,17 +28,21 @@ pub(super) fn rho_hd(microfacet: &Microfacet, mu: f64, tolerance: f64) -> Result
         return Err(IntegrateError::Diverges);
     }
     let azimuth = Azimuth::new(mu, microfacet.masking);
-    let kinks = kinks(mu, &microfacet.fresnel);
+    let kinks = kinks(mu, microfacet);
     let lobe = LobeIntegral {
         distribution: &microfacet.distribution,
         kinks: &kinks,
-        end: (mu > 0.0 || !grooves).then(|| FRAC_PI_2 - 0.5 * mu.asin()),
-        // w <= 2 for grooves; unmasked w = t <= 1 + tau, largest at the end
-        bound: if grooves { 2.0 } else { 2.0 + 2.0 / (mu * mu) },
+        end: (mu > 0.0).then(|| at_elevation(0.5 * mu.asin())),
+        // w <= 2 for grooves; unmasked (n.o) t <= n.o + tan theta_h, largest at the end
+        bound: if grooves { 2.0 } else { 2.0 + 2.0 / mu },
+        pole_bound: 2.0,
         tolerance,
     };
+    if !grooves {
+        return unmasked(microfacet, mu, &azimuth, lobe);
+    }
     match microfacet.fresnel {
-        Fresnel::None if grooves => {
+        Fresnel::None => {
             // what is lost, 1 - rho, keeps its digits where rho is close to 1
             let whole = LobeIntegral { end: None, ..lobe };
             let lost = whole.integrate(|theta, _| Ok(one(azimuth.lost(theta))))?;
@@ -51,16 +55,47 @@ pub(super) fn rho_hd(microfacet: &Microfacet, mu: f64, tolerance: f64) -> Result
                 microfacet,
             ))
         }
-        Fresnel::None => {
-            let lobe = lobe.integrate(|theta, _| Ok(one(azimuth_mean(azimuth.segments(theta)))))?;
-            Ok(scaled(lobe, microfacet))
-        }
         _ => {
             let edges = microfacet.fresnel.edges();
             lobe.integrate(|theta, allowed| azimuth.reflected(theta, microfacet, &edges, allowed))
         }
     }
 }
+
+/// Without masking rho grows like 1/mu: mu rho is what is integrated, to as many digits as rho can have.
+fn unmasked(
+    microfacet: &Microfacet,
+    mu: f64,
+    azimuth: &Azimuth,
+    lobe: LobeIntegral,
+) -> Result<Integral, IntegrateError> {
+    // mu rho is at least about a fifth of the width of the lobe
+    let tolerance = (lobe.tolerance * mu).max(ROUNDING * microfacet.distribution.width());
+    let lobe = LobeIntegral { tolerance, ..lobe };
+    let product = match microfacet.fresnel {
+        Fresnel::None => {
+            let integral = lobe.integrate(|theta, _| Ok(one(azimuth_mean(azimuth.segments(theta)))))?;
+            scaled(integral, microfacet)
+        }
+        _ => {
+            let edges = microfacet.fresnel.edges();
+            lobe.integrate(|theta, allowed| azimuth.reflected(theta, microfacet, &edges, allowed))?
+        }
+    };
+    let bounded = Bounded {
+        value: product.bounded.value / mu,
+        error: product.bounded.error / mu,
+    };
+    if bounded.value.is_finite() && bounded.error.is_finite() {
+        Ok(Integral { bounded, ..product })
+    } else {
+        Err(IntegrateError::Diverges)
+    }
+}
+
+/// Error of mu rho, relative to the width of the lobe, below which no tolerance asks: the rounding of F and of some hundred
+/// terms, with a margin.
+const ROUNDING: f64 = 1e-13;
 
 fn one(value: DVec3) -> Integral {
     Integral {
@@ -84,13 +119,14 @@ fn scaled(integral: Integral, microfacet: &Microfacet) -> Integral {
 /// o.h = 2 (n.h)(n.i) at beta/3 and (pi - beta)/3; n.i = n.o at theta_o. A kink that enters the circle there leaves
 /// 3/2 powers on its far side, one that leaves it on the near side. At pi/4 the branch o.h gives way to the others, without
 /// such powers. An edge of the Fresnel term at the facet angle theta_e is reached at |theta_o - theta_e| and
-/// theta_o + theta_e, where its square root integrates to whole powers, and it crosses the kinks n.i = 0,
-/// o.h = 2 (n.h)(n.i), o.h = 2 (n.h)(n.o) and n.i = n.o, where half powers remain on both sides.
-fn kinks(mu: f64, fresnel: &Fresnel) -> Vec<Kink> {
+/// theta_o + theta_e, where its square root integrates to logarithms, and it crosses the kinks n.i = 0,
+/// o.h = 2 (n.h)(n.i), o.h = 2 (n.h)(n.o) and n.i = n.o, where half powers remain on both sides. Without masking w grows
+/// like 1/(n.h) until n.h is of the order of mu: the approach is split too.
+fn kinks(mu: f64, microfacet: &Microfacet) -> Vec<Kink> {
     let beta = mu.asin();
     let theta_o = FRAC_PI_2 - beta;
     let enters = |theta| Kink {
-        theta,
+        theta: Polar::from_angle(theta),
         below: false,
         above: true,
     };
@@ -104,13 +140,41 @@ fn kinks(mu: f64, fresnel: &Fresnel) -> Vec<Kink> {
         below: false,
         above: false,
     };
-    let mut kinks = vec![enters(beta / 3.0), enters(beta / 2.0), enters(beta), passes(FRAC_PI_4)];
-    kinks.push(leaves(if beta > FRAC_PI_4 { (PI - beta) / 3.0 } else { theta_o }));
-    kinks.push(leaves(FRAC_PI_2 - beta / 2.0));
-    for edge in fresnel.edges() {
+    let at = Polar::from_angle;
+    let mut kinks = vec![
+        enters(beta / 3.0),
+        enters(beta / 2.0),
+        enters(beta),
+        passes(at(FRAC_PI_4)),
+    ];
+    kinks.push(leaves(if beta > FRAC_PI_4 {
+        at((PI - beta) / 3.0)
+    } else {
+        Polar::from_cos(mu)
+    }));
+    kinks.push(leaves(at_elevation(beta / 2.0)));
+    if microfacet.masking == Masking::None {
+        let approach = [8.0, 64.0].map(|times| times * beta);
+        kinks.extend(
+            approach
+                .into_iter()
+                .filter(|b| *b < FRAC_PI_4)
+                .map(|b| passes(at_elevation(b))),
+        );
+    }
+    for edge in microfacet.fresnel.edges() {
         let theta_e = edge.cos.acos();
-        kinks.extend([passes((theta_o - theta_e).abs()), passes(theta_o + theta_e)]);
+        let reached = [(theta_o - theta_e).abs(), theta_o + theta_e];
+        kinks.extend(reached.map(|theta| Kink {
+            theta: at(theta),
+            below: edge.kink,
+            above: edge.kink,
+        }));
         if edge.kink {
+            // close to the normal both are one square root from afar
+            let distances = std::iter::successors(Some(theta_o), |d| Some(6.0 * d));
+            let near = distances.take_while(|d| theta_o > 1e-7 && *d < 0.1).skip(1);
+            kinks.extend(near.flat_map(|d| [passes(at(theta_e - d)), passes(at(theta_e + d))]));
             let root = (mu * mu + 4.0 * edge.cos * edge.cos).sqrt();
             let crossings = [
                 0.5 * mu / edge.cos,
@@ -119,14 +183,23 @@ fn kinks(mu: f64, fresnel: &Fresnel) -> Vec<Kink> {
                 mu / edge.cos,
             ];
             kinks.extend(crossings.into_iter().filter(|c| *c < 1.0).map(|c| Kink {
-                theta: c.acos(),
+                theta: Polar::from_cos(c),
                 below: true,
                 above: true,
             }));
         }
     }
-    kinks.retain(|kink| kink.theta > 0.0 && kink.theta < FRAC_PI_2);
+    kinks.retain(|kink| kink.theta.sin > 0.0 && kink.theta.cos > 0.0);
     kinks
+}
+
+/// The polar angle pi/2 - beta with all digits of its cosine.
+fn at_elevation(beta: f64) -> Polar {
+    let elevation = Polar::from_angle(beta);
+    Polar {
+        sin: elevation.cos,
+        cos: elevation.sin,
+    }
 }
 
 /// The azimuth integral around the normal for a fixed wo.
@@ -169,7 +242,7 @@ impl Azimuth {
         }
     }
 
-    /// F = 1: the segments of w, those with w = 0 left out.
+    /// F = 1: the segments of w, and of (n.o) w without masking; those with w = 0 left out.
     fn segments(&self, theta: Polar) -> impl Iterator<Item = Segment> + use<> {
         let tau = self.tau(theta);
         let [horizon, rising, level] = self.breaks(theta);
@@ -179,7 +252,7 @@ impl Azimuth {
             [(0.0, 1.0, (2.0, 0.0)), (1.0, 1.0, (0.0, 0.0)), (1.0, 1.0, (0.0, 0.0))]
         } else if self.masking == Masking::None {
             [
-                (horizon, 1.0, (1.0, tau)),
+                (horizon, 1.0, (self.mu, self.amplitude(theta) / theta.cos)),
                 (1.0, 1.0, (0.0, 0.0)),
                 (1.0, 1.0, (0.0, 0.0)),
             ]
@@ -236,7 +309,7 @@ impl Azimuth {
         let mut skipped = 0.0;
         for segment in self.segments(theta) {
             // without F the segment is known exactly, and F is between 0 and 1
-            let most = segment.azimuth_mean();
+            let most = segment.azimuth_mean().max(0.0);
             if skipped + most <= SKIPPED_SHARE * allowed {
                 skipped += most;
                 continue;
@@ -252,12 +325,17 @@ impl Azimuth {
             }
             lines.push(segment);
         }
+        let in_plane = self.sin_o * theta.cos - self.mu * theta.sin;
+        let closest = in_plane * in_plane / (1.0 + mean + amplitude);
         let mut integral = integrate(&pieces, (allowed - skipped).max(0.5 * allowed), NODE_LIMIT, |psi| {
             let x = psi.sin();
             let line = lines.iter().find(|line| x <= line.to).or(lines.last());
             let weight = line.map_or(0.0, |line| line.at(x).max(0.0));
             let cos_d = (mean + amplitude * x).clamp(0.0, 1.0);
-            Bounded::exact(microfacet.facet_reflectance(cos_d) * (FRAC_1_PI * weight))
+            // versin theta_d = versin(theta_o - theta_h) + amplitude (1 - x), with 1 - sin psi as a square
+            let half = (FRAC_PI_4 - 0.5 * psi).sin();
+            let theta_d = Polar::from_versine((closest + 2.0 * amplitude * half * half).min(1.0), cos_d);
+            Bounded::exact(microfacet.facet_reflectance_at(theta_d) * (FRAC_1_PI * weight))
         })?;
         integral.bounded.value += DVec3::splat(0.5 * skipped);
         integral.bounded.error += DVec3::splat(0.5 * skipped);

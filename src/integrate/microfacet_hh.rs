@@ -37,7 +37,11 @@ pub(super) fn rho_hh(microfacet: &Microfacet, tolerance: f64) -> Result<Integral
     // sin theta_d times the azimuth integral, over pi, is at most 4 in both cases
     integrate_lobe(microfacet, &edges, 4.0, tolerance, |theta, allowed| {
         inner(theta, &edges, FRAC_PI_2, allowed, |delta| {
-            let reflectance = microfacet.facet_reflectance(delta.sin);
+            let theta_d = Polar {
+                sin: delta.cos,
+                cos: delta.sin,
+            };
+            let reflectance = microfacet.facet_reflectance_at(theta_d);
             reflectance * (delta.cos * kept(theta, delta, microfacet.masking))
         })
     })
@@ -69,22 +73,22 @@ fn integrate_lobe(
 ) -> Result<Integral, IntegrateError> {
     let mut kinks = vec![
         Kink {
-            theta: FRAC_PI_4,
+            theta: Polar::from_angle(FRAC_PI_4),
             below: false,
             above: false,
         },
         Kink {
-            theta: FRAC_PI_3,
+            theta: Polar::from_angle(FRAC_PI_3),
             below: false,
             above: false,
         },
     ];
-    for edge in edges.iter().filter(|edge| edge.kink) {
+    for edge in edges {
         let delta = edge.cos.asin();
         kinks.extend([delta, 0.5 * delta, 0.5 * (PI - delta)].map(|theta| Kink {
-            theta,
-            below: true,
-            above: true,
+            theta: Polar::from_angle(theta),
+            below: edge.kink,
+            above: edge.kink,
         }));
     }
     LobeIntegral {
@@ -92,6 +96,7 @@ fn integrate_lobe(
         kinks: &kinks,
         end: None,
         bound,
+        pole_bound: bound,
         tolerance,
     }
     .integrate(inner)

@@ -1,0 +1,6 @@
+//! What the integration tests share: materials by name, random cases over the whole legal ranges, reference rules.
+
+#![allow(dead_code, reason = "every test binary uses its own part")]
+
+pub(crate) mod cases;
+pub(crate) mod rules;
