@@ -148,8 +148,12 @@ impl<S: Bxdf> CoupledBxdf<S> {
     }
 
     /// 1 - ks rho at a direction with cosine `mu`.
+    ///
+    /// Where rho is 1, the curve's error may take it to the other side of 0; what is 0 within that error is not negative.
     fn left(&self, mu: f64) -> DVec3 {
-        DVec3::ONE - self.parameters.ks.value() * self.albedo.rho_hd.at(mu)
+        let left = DVec3::ONE - self.parameters.ks.value() * self.albedo.rho_hd.at(mu);
+        let known = left.abs().cmpgt(DVec3::splat(self.albedo.rho_hd.error()));
+        DVec3::select(known, left, left.max(DVec3::ZERO))
     }
 
     fn diffuse(&self, wo: DVec3, wi: DVec3) -> DVec3 {
