@@ -54,7 +54,11 @@ fn same_on_any_threads(arguments: &[&str]) {
     let first = run("1", "1");
     assert!(first.len() > 20 && first.contains_key("manifest.json"));
     for (name, threads) in [("2", "2"), ("8", "8"), ("again", "2")] {
-        assert_same(&first, &run(name, threads), &format!("{arguments:?} on {threads} threads"));
+        assert_same(
+            &first,
+            &run(name, threads),
+            &format!("{arguments:?} on {threads} threads"),
+        );
     }
 }
 
@@ -92,7 +96,14 @@ fn monte_carlo_gives_the_same_bytes_on_any_threads() {
 #[test]
 fn seeds_change_monte_carlo_and_nothing_else() {
     let directory = tempfile::tempdir().unwrap();
-    let small = ["--resolution", "4", "--roughness-resolution", "2", "--tolerance", "1e-3"];
+    let small = [
+        "--resolution",
+        "4",
+        "--roughness-resolution",
+        "2",
+        "--tolerance",
+        "1e-3",
+    ];
     for (estimator, random) in [("mc-normals", true), ("quadrature", false)] {
         let paths = ["0", "1"].map(|seed| directory.path().join(format!("{estimator}-{seed}")));
         let [first, second] = [0, 1].map(|seed: usize| {
@@ -107,7 +118,10 @@ fn seeds_change_monte_carlo_and_nothing_else() {
                 assert_ne!(a.values, b.values, "{name}");
                 // both are right: 6 half-widths of 99 % apart would be 11 standard deviations of the difference
                 for ((a, b), error) in a.values.iter().zip(&b.values).zip(&a.errors) {
-                    assert!(((*a - *b).abs() - 6.0 * *error).max_element() <= 0.0, "{name}: {a} and {b}");
+                    assert!(
+                        ((*a - *b).abs() - 6.0 * *error).max_element() <= 0.0,
+                        "{name}: {a} and {b}"
+                    );
                 }
             } else {
                 assert_eq!(a.values, b.values, "{name}");

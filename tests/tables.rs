@@ -12,7 +12,7 @@ use whitefurnace::integrate::fill;
 use whitefurnace::numerics::stream::{Stream, StreamId};
 use whitefurnace::plan::{Plan, Request, TablePlan};
 use whitefurnace::scene::Scene;
-use whitefurnace::table::{ErrorKind, Quantity, Table};
+use whitefurnace::table::{Quantity, Table};
 
 /// A plan and the table that its file holds.
 struct Stored {
@@ -20,9 +20,9 @@ struct Stored {
     table: Table,
 }
 
-fn baked(scene: &Scene) -> Vec<Stored> {
+fn baked(scene: &Scene, resolution: usize) -> Vec<Stored> {
     let request = Request {
-        resolution: 64,
+        resolution,
         roughness_resolution: 32,
         mapping: None,
         estimator: Estimator::Auto,
@@ -53,7 +53,7 @@ fn baked(scene: &Scene) -> Vec<Stored> {
 /// The tables of the default scene.
 fn default_tables() -> &'static [Stored] {
     static TABLES: OnceLock<Vec<Stored>> = OnceLock::new();
-    TABLES.get_or_init(|| baked(&Scene::default_scene()))
+    TABLES.get_or_init(|| baked(&Scene::default_scene(), 64))
 }
 
 /// Random cosines: half of them uniform, half log-uniform over ten decades, and both ends.
@@ -116,7 +116,12 @@ fn worst_lookup(table: &Table, places: &[Vec<f64>], truths: &[Estimate]) -> (f64
     let stated = table.between.as_ref().unwrap().error;
     let used = places.iter().zip(truths).map(|(place, truth)| {
         let used = (beyond(table.sample(place), truth, DVec3::ZERO) / stated, place.clone());
-        assert!(used.0 <= 1.0, "{} at {place:?}: {} of the stated {stated:e}", table.id, used.0);
+        assert!(
+            used.0 <= 1.0,
+            "{} at {place:?}: {} of the stated {stated:e}",
+            table.id,
+            used.0
+        );
         used
     });
     used.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
@@ -203,8 +208,96 @@ fn no_table_of_a_conserving_model_exceeds_one() {
         assert_eq!(table.energy_excess(), None, "{}", table.id);
         for i in 0..table.values.len() {
             let excess = table.stored(i) - table.texel_error(i) - DVec3::ONE;
-            assert!(excess.max_element() <= 0.0, "{} at {:?}", table.id, table.texel_values(i));
+            assert!(
+                excess.max_element() <= 0.0,
+                "{} at {:?}",
+                table.id,
+                table.texel_values(i)
+            );
             assert!(table.stored(i).min_element() >= 0.0);
+        }
+    }
+}
+
+/// 2 int (1 - ks R(mu)) mu dmu of a lookup R: piecewise polynomial in u, so that Gauss-Legendre rules of four points per
+/// piece leave rounding only.
+fn left_over(specular: &Table, ks: DVec3) -> DVec3 {
+    const NODES: [(f64, f64); 4] = [
+        (-0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+        (-0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+        (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+        (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+    ];
+    let axis = &specular.axes[0];
+    let texels = (0..axis.size).map(|i| axis.texel(i));
+    let cuts: Vec<f64> = [0.0].into_iter().chain(texels).chain([1.0]).collect();
+    let mut sum = DVec3::ZERO;
+    for cut in cuts.windows(2).filter(|cut| cut[1] > cut[0]) {
+        // in s = sqrt(mu), mu dmu = 2 s^3 ds
+        let (from, to) = (cut[0].sqrt(), cut[1].sqrt());
+        for (x, weight) in NODES {
+            let s = 0.5 * (from + to) + 0.5 * (to - from) * x;
+            let left = DVec3::ONE - ks * specular.sample(&[s * s]);
+            sum += left * (2.0 * 2.0 * s * s * s * 0.5 * (to - from) * weight);
+        }
+    }
+    sum
+}
+
+/// A shader has f_s, the table of rho_hd and the one of rho_bar. With eq. 28 evaluated from these it reflects, over the whole
+/// hemisphere, what the table of the total albedo says, within the errors that the three tables state.
+#[test]
+fn the_tables_suffice_for_a_shader() {
+    let figure = include_str!("../src/scene/default.toml");
+    let mut figure = figure[..figure.find("# One of each further distribution.").unwrap()].to_string();
+    for coupling in [Coupling::Mikkelsen, Coupling::EnergyPreserving] {
+        if coupling == Coupling::EnergyPreserving {
+            figure = figure.replace("coupling = \"mikkelsen\"", "coupling = \"energy-preserving\"");
+        }
+        let scene = Scene::parse(&figure, "figure 7").unwrap();
+        for tables in baked(&scene, 16).chunks(4) {
+            let [specular, mean, total, _] = tables else {
+                panic!("{}", tables.len())
+            };
+            assert!(specular.table.id.ends_with(".specular.rho_hd") && mean.table.id.ends_with(".specular.rho_hh"));
+            let Model::DiffuseSpecular(coupled) = total.plan.model.at(None).unwrap() else {
+                panic!("{}", total.table.id)
+            };
+            assert_eq!(coupled.coupling(), coupling);
+            let (ks, kd) = (coupled.ks().value(), coupled.kd().value());
+            let lookup = |stored: &Stored| stored.table.between.as_ref().unwrap().error;
+            let unspent = DVec3::ONE - ks * mean.table.stored(0);
+            let scale = match coupling {
+                Coupling::Mikkelsen => DVec3::ONE,
+                Coupling::EnergyPreserving => unspent.recip(),
+            };
+            let left = left_over(&specular.table, ks);
+            // the lookup errs by at most its stated error everywhere, hence so does its mean; that of rho_bar enters where
+            // it divides, and in the other coupling not at all
+            let mean_error = mean.table.max_texel_error();
+            assert!((left - unspent).abs().max_element() <= lookup(specular) + mean_error);
+            for mu in cosines(200) {
+                let lobe = truth(specular, &[mu], 1e-9).value;
+                let sampled = specular.table.sample(&[mu]);
+                let reflected = ks * lobe + (DVec3::ONE - ks * sampled) * kd * scale * left;
+                let stated = total.table.sample(&[mu]);
+                // slopes: kd scale left for the lookup at mu, kd scale (1 - ks rho) for its mean, and for rho_bar
+                // kd scale^2 left (1 - ks rho)
+                let open = (DVec3::ONE - ks * sampled).abs() + ks * lookup(specular);
+                let division = match coupling {
+                    Coupling::Mikkelsen => DVec3::ZERO,
+                    Coupling::EnergyPreserving => kd * scale * scale * left * open * mean_error,
+                };
+                let allowed = kd * scale * (left * lookup(specular) + open * lookup(specular))
+                    + division
+                    + DVec3::splat(lookup(total) + 2e-9); // and the reference
+                let difference = (reflected - stated).abs();
+                assert!(
+                    (difference - allowed).max_element() <= 0.0,
+                    "{} at mu = {mu}: {difference} where {allowed} is allowed",
+                    total.table.id
+                );
+            }
         }
     }
 }
