@@ -1,2 +1,133 @@
-//! Benchmarks.
-fn main() {}
+//! What a cell, a batch of samples, a table and a whole bake cost.
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use std::hint::black_box;
+use std::time::Duration;
+use whitefurnace::bxdf::{Bxdf, Microfacet, Model, Sampling};
+use whitefurnace::distribution::Family;
+use whitefurnace::estimate::{Effort, Estimator};
+use whitefurnace::export::exr;
+use whitefurnace::fresnel::Fresnel;
+use whitefurnace::integrate::deterministic::{Quantity, quadrature};
+use whitefurnace::integrate::fill;
+use whitefurnace::integrate::monte_carlo::{Samples, estimate, outgoing};
+use whitefurnace::masking::Masking;
+use whitefurnace::plan::{Plan, Request, TablePlan};
+use whitefurnace::scene::Scene;
+use whitefurnace::spectrum::Spectrum;
+
+const METHANOL: Spectrum = Spectrum::grey(1.329);
+
+fn lobe(kappa: f64, fresnel: Fresnel) -> Microfacet {
+    let distribution = Family::Vmf.with(kappa).unwrap();
+    Microfacet::new(Spectrum::grey(1.0), distribution, Masking::VGroove, fresnel).unwrap()
+}
+
+fn fresnels() -> [(&'static str, Fresnel); 2] {
+    [
+        ("none", Fresnel::None),
+        ("dielectric", Fresnel::dielectric(METHANOL).unwrap()),
+    ]
+}
+
+/// rho_hd at one direction. The evaluations of a cell stand beside its name, so that the time of one can be read off.
+fn cells(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("cell");
+    for (name, fresnel) in fresnels() {
+        for kappa in [17.0, 1e5] {
+            let model = Model::Microfacet(lobe(kappa, fresnel));
+            for (mu, tolerance) in [(0.5, 1e-6), (0.5, 1e-10), (1e-5, 1e-6)] {
+                let cell = || quadrature(&model, Quantity::RhoHd(mu), tolerance).unwrap();
+                let evaluations = cell().evaluations;
+                let id = format!("{name}, kappa {kappa}, mu {mu}, {tolerance:e}, {evaluations} evaluations");
+                group.bench_function(id, |bencher| bencher.iter(|| black_box(cell())));
+            }
+        }
+    }
+    group.finish();
+}
+
+/// rho_hh of one material.
+fn means(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("rho_hh");
+    for (name, fresnel) in fresnels() {
+        let model = Model::Microfacet(lobe(17.0, fresnel));
+        group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
+            bencher.iter(|| black_box(quadrature(&model, Quantity::RhoHh, 1e-6).unwrap()));
+        });
+    }
+    group.finish();
+}
+
+/// One batch of samples; the throughput is samples per second.
+fn samples(criterion: &mut Criterion) {
+    const COUNT: u64 = 1 << 14;
+    let bxdf = lobe(17.0, Fresnel::dielectric(METHANOL).unwrap());
+    let mut group = criterion.benchmark_group("monte carlo");
+    group.throughput(Throughput::Elements(COUNT));
+    for sampling in [
+        Sampling::Uniform,
+        Sampling::Cosine,
+        Sampling::Normals,
+        Sampling::Visible,
+        Sampling::Bxdf,
+    ] {
+        assert!(bxdf.supports(sampling));
+        let name = Estimator::MonteCarlo(sampling).name();
+        group.bench_function(name, |bencher| {
+            let batch = || estimate(&bxdf, sampling, outgoing(0.5, 0.0), Samples::Fixed(COUNT), 0, 0).unwrap();
+            bencher.iter(|| black_box(batch()));
+        });
+    }
+    group.finish();
+}
+
+fn default_plan() -> Plan {
+    let effort = Effort {
+        tolerance: 1e-6,
+        samples: None,
+        seed: 0,
+    };
+    let request = Request {
+        resolution: 64,
+        roughness_resolution: 32,
+        mapping: None,
+        estimator: Estimator::Auto,
+        effort,
+    };
+    Plan::new(&Scene::default_scene(), &request).unwrap()
+}
+
+fn bake(plan: &TablePlan) -> Vec<u8> {
+    exr::to_bytes(&fill(plan, &|_| {}).unwrap()).unwrap()
+}
+
+/// Tables with the search for their lookup errors, on all cores.
+fn tables(criterion: &mut Criterion) {
+    let plan = default_plan();
+    let mut group = criterion.benchmark_group("table");
+    group.sample_size(10).measurement_time(Duration::from_secs(5));
+    for id in ["methanol-k17.specular.rho_hd", "beckmann-m0.2.rho_hd"] {
+        let table = plan.tables.iter().find(|table| table.id == id).unwrap();
+        group.bench_function(id, |bencher| bencher.iter(|| black_box(bake(table))));
+    }
+    group.bench_function("the default scene", |bencher| {
+        bencher.iter(|| plan.tables.iter().map(bake).collect::<Vec<_>>());
+    });
+    group.finish();
+}
+
+/// Half a second for each number: spreads of a few per cent, and a run of less than two minutes.
+fn quick() -> Criterion {
+    Criterion::default()
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(1))
+}
+
+criterion_group! {
+    name = benches;
+    config = quick();
+    targets = cells, means, samples, tables
+}
+criterion_main!(benches);

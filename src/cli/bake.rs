@@ -14,11 +14,16 @@ use whitefurnace::table::Table;
 /// Arguments of `furnace bake`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Writes <table>.exr for every table and manifest.json with all their facts. Each EXR holds the values as R G B or Y, which any
-viewer opens, and the error of every texel as the layer `error`. Nothing is written before everything is computed.
+Writes <table>.exr for every table and manifest.json with all their facts. Each EXR holds the values as R G B or Y, which \
+any viewer opens, and the error of every texel as the layer `error`. Nothing is written before everything is computed.
 
-Two errors are stated: `texel`, the largest error at any texel, and `lookup`, the largest error of a linear-filtered lookup
-anywhere between texels. The second falls with --resolution.")]
+Two errors are stated: `texel`, the largest error at any texel, and `lookup`, the largest error of a linear-filtered lookup \
+anywhere between texels. The second falls with --resolution.
+
+Examples:
+  furnace bake scene.toml --out tables
+  furnace bake --resolution 256 --tolerance 1e-8
+  furnace bake --estimator mc-visible --samples 100000 --seed 1")]
 pub(super) struct Bake {
     #[command(flatten)]
     common: Common,
@@ -46,8 +51,12 @@ impl Bake {
             .clone()
             .unwrap_or_else(|| Path::new("outputs").join(&plan.directory));
         // an unusable directory is found before the work, not after it
+        let missing: Vec<&Path> = directory.ancestors().take_while(|part| !part.exists()).collect();
         write::create_dir(&directory)?;
-        let baked = self.common.in_pool(|| compute(&plan))?;
+        let baked = self.common.in_pool(|| compute(&plan)).inspect_err(|_| {
+            // only what is still empty goes
+            missing.iter().for_each(|part| drop(std::fs::remove_dir(part)));
+        })?;
         let manifest = write_all(&directory, &plan, &baked, self.common.seed)?;
         let seconds = start.elapsed().as_secs_f64();
         if self.common.json {

@@ -14,7 +14,7 @@ use whitefurnace::spectrum::Channels;
 /// Arguments of `furnace rho`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Without --mu, --theta-deg or --hh it prints rho_hd at 0, 30, 45, 60, 75, 85 and 90 degrees, and rho_hh.
+Without --mu, --theta-deg or --hh it prints rho_hd at 0, 30, 45, 60, 75, 85 and 90 degrees, and rho_hh. \
 The evaluations and the time of the first row of a material include what its directions share.
 
 Examples:

@@ -249,59 +249,124 @@ fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -> Result<Be
         .zip(&references)
         .map(|(place, rho)| lookup_error(place, rho))
         .collect();
-    let worst = errors
-        .iter()
-        .enumerate()
-        .max_by(|a, b| a.1.total_cmp(b.1))
-        .map_or(0, |(index, _)| index);
-    let mut at = places[worst].clone();
-    let mut error = errors[worst];
-    let mut probes = places.len() as u64;
-    for axis in 0..axes.len() {
-        // the neighbouring places along this axis enclose the maximum
-        let mut values: Vec<f64> = places.iter().map(|place| place[axis]).collect();
-        values.sort_by(f64::total_cmp);
-        values.dedup();
-        let here = values.partition_point(|value| *value < at[axis]);
-        let (mut low, mut high) = (values[here.saturating_sub(1)], values[(here + 1).min(values.len() - 1)]);
-        for _ in 0..CLIMB {
-            let thirds = [low + (high - low) / 3.0, high - (high - low) / 3.0];
-            let tried: Vec<Vec<f64>> = thirds
-                .iter()
-                .map(|value| {
-                    let mut place = at.clone();
-                    place[axis] = *value;
-                    place
-                })
-                .collect();
-            let mut found = [0.0; 2];
-            for (place, found) in tried.iter().zip(&mut found) {
-                let (rho, _) = integrals(
-                    plan,
-                    axes,
-                    std::slice::from_ref(place),
-                    Estimator::Auto,
-                    effort,
-                    &|_| {},
-                )?;
-                *found = lookup_error(place, &rho[0]);
-                probes += 1;
-                if *found > error {
-                    (error, at) = (*found, place.clone());
-                }
+    let probes = places.len() as u64;
+    let mut order: Vec<usize> = (0..places.len()).collect();
+    order.sort_by(|a, b| errors[*b].total_cmp(&errors[*a]));
+    // the place that looks worst need not lie under the highest of the maxima: one start in each of the worst cells
+    let mut cells: Vec<Vec<usize>> = Vec::new();
+    let mut starts = Vec::new();
+    for index in order {
+        let cell = cell(axes, &places[index]);
+        if starts.len() == CLIMBS || errors[index] < NEARLY_WORST * starts.first().map_or(0.0, |first| errors[*first]) {
+            break;
+        }
+        if !cells.contains(&cell) {
+            cells.push(cell);
+            starts.push(index);
+        }
+    }
+    let error_at = |place: &[f64]| -> Result<f64, FillError> {
+        let place = place.to_vec();
+        let (rho, _) = integrals(
+            plan,
+            axes,
+            std::slice::from_ref(&place),
+            Estimator::Auto,
+            effort,
+            &|_| {},
+        )?;
+        Ok(lookup_error(&place, &rho[0]))
+    };
+    let tops: Vec<Between> = starts
+        .par_iter()
+        .map(|start| climb(axes, &places, (&places[*start], errors[*start]), &error_at))
+        .collect::<Result<_, FillError>>()?;
+    let climbed: u64 = tops.iter().map(|top| top.probes).sum();
+    let top = tops.into_iter().reduce(|a, b| if b.error > a.error { b } else { a });
+    Ok(top.map_or_else(
+        || Between {
+            error: 0.0,
+            at: axes.iter().map(|axis| axis.min).collect(),
+            probes,
+        },
+        |top| Between {
+            probes: probes + climbed,
+            ..top
+        },
+    ))
+}
+
+/// Between which texels a place lies, along each axis.
+fn cell(axes: &[Axis], place: &[f64]) -> Vec<usize> {
+    let index = |(axis, value): (&Axis, &f64)| axis.texel_position(axis.u(*value)).floor() as usize;
+    axes.iter().zip(place).map(index).collect()
+}
+
+/// Climbs from one of the `places` to a maximum of the error, along one axis after the other, by golden sections.
+fn climb(
+    axes: &[Axis],
+    places: &[Vec<f64>],
+    (start, error): (&[f64], f64),
+    error_at: &(dyn Fn(&[f64]) -> Result<f64, FillError> + Sync),
+) -> Result<Between, FillError> {
+    let mut best = Between {
+        error,
+        at: start.to_vec(),
+        probes: 0,
+    };
+    // a second round where the position along one axis moves the maximum along the other
+    for axis in (0..axes.len()).cycle().take(axes.len() * axes.len()) {
+        let (mut low, mut high) = bracket(&axes[axis], places, axis, best.at[axis]);
+        let mut try_at = |value: f64| -> Result<f64, FillError> {
+            let mut place = best.at.clone();
+            place[axis] = value;
+            let error = error_at(&place)?;
+            best.probes += 1;
+            if error > best.error {
+                (best.error, best.at) = (error, place);
             }
+            Ok(error)
+        };
+        let mut inner = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
+        let mut found = [try_at(inner[0])?, try_at(inner[1])?];
+        for _ in 0..CLIMB {
             if found[0] > found[1] {
-                high = thirds[1]
+                high = inner[1];
+                inner = [high - GOLDEN * (high - low), inner[0]];
+                found = [try_at(inner[0])?, found[0]];
             } else {
-                low = thirds[0]
+                low = inner[0];
+                inner = [inner[1], low + GOLDEN * (high - low)];
+                found = [found[1], try_at(inner[1])?];
             }
         }
     }
-    Ok(Between { error, at, probes })
+    Ok(best)
 }
 
-/// Steps of the climb to a local maximum; each keeps two thirds of the interval.
-const CLIMB: usize = 12;
+/// The nearest places or texels on both sides of `value`: the error has kinks at the texels, and one maximum between places.
+fn bracket(axis: &Axis, places: &[Vec<f64>], index: usize, value: f64) -> (f64, f64) {
+    let texels = (0..axis.size).map(|i| axis.texel(i));
+    let others = places.iter().map(|place| place[index]).chain(texels);
+    let (mut low, mut high) = (axis.min, axis.max);
+    for other in others {
+        if other < value {
+            low = low.max(other);
+        } else if other > value {
+            high = high.min(other);
+        }
+    }
+    (low, high)
+}
+
+/// Most cells that are searched for the maximum of the error, and how close to the worst they have to look: the places of a
+/// cell miss the top of its parabola by a ninth at most.
+const CLIMBS: usize = 8;
+const NEARLY_WORST: f64 = 0.8;
+
+/// Steps of the climb; each keeps 0.618 of the interval, and at a maximum the square of what is left counts.
+const CLIMB: usize = 8;
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 /// Places at which a lookup is compared, runs of equal roughness together.
 fn places(axes: &[Axis]) -> Vec<Vec<f64>> {

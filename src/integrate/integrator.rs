@@ -51,8 +51,9 @@ enum Sampled<'a> {
 impl<'a> Integrator<'a> {
     /// Settles `auto` for this model and prepares what the estimator needs.
     ///
-    /// `auto` is the closed form where there is one and quadrature otherwise: at any tolerance below 0.1 the rules need
-    /// fewer evaluations than a confidence interval of that width needs samples.
+    /// `auto` is the closed form where there is one and quadrature otherwise: at every tolerance the rules need fewer
+    /// evaluations than the first batch of samples that a confidence interval is built on. The closest seen was a coupling
+    /// to 1e-2 with 1190 of 16384, see `tests/bounds.rs`.
     ///
     /// # Errors
     /// [`IntegrateError::Unsupported`] when the estimator cannot compute the model.

@@ -1,0 +1,693 @@
+//! The binary as its users meet it: exit codes, files, messages, JSON.
+
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use whitefurnace::export::read::{Contents, read_exr};
+use whitefurnace::export::sha256_hex;
+use whitefurnace::table::Table;
+
+fn furnace(directory: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_furnace"))
+        .current_dir(directory)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// Standard output of a run that succeeds and says nothing else.
+fn good(directory: &Path, arguments: &[&str]) -> String {
+    let output = furnace(directory, arguments);
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {errors}");
+    // no progress, no escape sequences where no terminal looks on
+    assert_eq!(errors, "", "{arguments:?}");
+    let out = text(&output.stdout);
+    assert!(!out.contains('\u{1b}') && !out.contains('\r'), "{arguments:?}: {out}");
+    out
+}
+
+fn good_json(directory: &Path, arguments: &[&str]) -> Value {
+    let out = good(directory, arguments);
+    serde_json::from_str(&out).unwrap_or_else(|error| panic!("{arguments:?}: {error} in\n{out}"))
+}
+
+/// Standard error of a run that is refused with exit code 2 and prints nothing.
+fn refused(directory: &Path, arguments: &[&str]) -> String {
+    let output = furnace(directory, arguments);
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {errors}");
+    assert_eq!(text(&output.stdout), "", "{arguments:?}");
+    assert!(errors.starts_with("error: "), "{arguments:?}: {errors}");
+    assert!(!errors.contains("panicked"), "{arguments:?}: {errors}");
+    errors
+}
+
+/// Names of the files of a directory, hidden ones included.
+fn files(directory: &Path) -> BTreeSet<String> {
+    let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name().into_string().unwrap();
+    fs::read_dir(directory).unwrap().map(name).collect()
+}
+
+fn table(path: &Path) -> Table {
+    match read_exr(path).unwrap().contents {
+        Contents::Table { table, .. } => *table,
+        Contents::Foreign(_) => panic!("{} is no table", path.display()),
+    }
+}
+
+/// A scene with the given `distribution`, `masking` and `fresnel` of its material `lobe`.
+fn scene(distribution: &str, masking: &str, fresnel: &str) -> String {
+    format!(
+        "[scene]\nname = \"a lobe\"\n\n[[material]]\nname = \"lobe\"\n[material.bxdf]\ntype = \"microfacet\"\n\
+         distribution = {distribution}\nmasking = \"{masking}\"\nfresnel = {fresnel}\n"
+    )
+}
+
+fn write_scene(directory: &Path, name: &str, text: &str) {
+    fs::write(directory.join(name), text).unwrap();
+}
+
+const VMF: &str = "{ type = \"vmf\", kappa = 17.0 }";
+const METHANOL: &str = "{ type = \"dielectric\", eta = 1.329 }";
+/// Small tables, for what does not depend on their size.
+const SMALL: [&str; 4] = ["--resolution", "8", "--roughness-resolution", "3"];
+
+#[test]
+fn a_bake_writes_the_files_of_its_manifest_and_no_others() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = good(directory.path(), &[&["bake"], &SMALL[..]].concat());
+    for part in [
+        "default: 22 tables",
+        "methanol-k17.specular.rho_hd",
+        "texel error",
+        "lookup error",
+    ] {
+        assert!(out.contains(part), "{part} is not in\n{out}");
+    }
+    let baked = directory.path().join("outputs/default");
+    let manifest: Value = serde_json::from_slice(&fs::read(baked.join("manifest.json")).unwrap()).unwrap();
+    let mut named = BTreeSet::from(["manifest.json".to_string()]);
+    for entry in manifest["tables"].as_array().unwrap() {
+        let file = entry["file"].as_str().unwrap();
+        let bytes = fs::read(baked.join(file)).unwrap();
+        assert_eq!(entry["bytes"], bytes.len(), "{file}");
+        assert_eq!(entry["sha256"], sha256_hex(&bytes), "{file}");
+        assert!(named.insert(file.to_string()), "{file} twice");
+        let table = table(&baked.join(file));
+        assert_eq!(entry["id"], table.id);
+        assert_eq!(entry["min"].as_f64(), Some(table.range().0));
+        assert_eq!(entry["max"].as_f64(), Some(table.range().1));
+        assert_eq!(entry["max_texel_error"].as_f64(), Some(table.max_texel_error()));
+        assert_eq!(entry["evaluations"], table.evaluations);
+        let between = table.between.as_ref().map(|between| between.error);
+        assert_eq!(entry["between"]["error"].as_f64(), between);
+    }
+    assert_eq!(files(&baked), named);
+
+    // a second bake goes over the first
+    let bytes = fs::read(baked.join("manifest.json")).unwrap();
+    let json = good_json(directory.path(), &[&["bake", "--json"], &SMALL[..]].concat());
+    assert_eq!(files(&baked), named);
+    assert_eq!(fs::read(baked.join("manifest.json")).unwrap(), bytes);
+    assert_eq!(json["manifest"], manifest);
+    assert_eq!(json["directory"], "outputs/default");
+    assert!(json["seconds"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn a_plan_lists_the_tables_that_a_bake_writes() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    write_scene(
+        here,
+        "range.toml",
+        &scene("{ type = \"phong\", n = { min = 0, max = 1e4 } }", "v-groove", METHANOL),
+    );
+    for arguments in [&SMALL[..], &[&SMALL[..], &["range.toml"]].concat()] {
+        let plan = good_json(here, &[&["plan", "--json"], arguments].concat());
+        let bake = good_json(here, &[&["bake", "--json", "--out", "out"], arguments].concat());
+        let bake = &bake["manifest"];
+        assert_eq!(plan["scene"], bake["scene"]);
+        let (planned, written) = (plan["tables"].as_array().unwrap(), bake["tables"].as_array().unwrap());
+        assert_eq!(planned.len(), written.len());
+        for (planned, written) in planned.iter().zip(written) {
+            for key in ["id", "quantity", "channels", "materials", "estimator", "tolerance"] {
+                assert_eq!(planned[key], written[key], "{key} of {}", planned["id"]);
+            }
+            // one of the alternatives is kept
+            let shape = |axes: &Value| -> Vec<[String; 4]> {
+                let keys = ["parameter", "mapping", "texel_rule", "size"];
+                let axes = axes.as_array().unwrap().iter();
+                axes.map(|axis| keys.map(|key| axis[key].to_string())).collect()
+            };
+            let alternatives = planned["alternative_axes"].as_array().unwrap().iter();
+            let mut choices = alternatives.chain([&planned["axes"]]).map(shape);
+            assert!(
+                choices.any(|choice| choice == shape(&written["axes"])),
+                "{}",
+                planned["id"]
+            );
+        }
+        assert!(!plan["skipped"].as_array().unwrap().is_empty());
+    }
+}
+
+#[test]
+fn a_bake_that_fails_leaves_nothing_half_written() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    write_scene(
+        here,
+        "narrow.toml",
+        &scene("{ type = \"vmf\", kappa = 1e9 }", "v-groove", METHANOL),
+    );
+    let uniform = ["bake", "narrow.toml", "--estimator", "mc-uniform", "--samples", "1000"];
+
+    // a lobe that uniform samples never hit
+    let errors = refused(here, &[&uniform[..], &["--out", "new"]].concat());
+    for part in ["lobe.rho_hd", "mu = ", "mc-uniform", "mc-normals"] {
+        assert!(errors.contains(part), "{part} is not in {errors}");
+    }
+    assert!(!here.join("new").exists());
+
+    // older tables stay what they were
+    good(here, &[&["bake", "narrow.toml", "--out", "old"], &SMALL[..]].concat());
+    let read = || -> Vec<Vec<u8>> {
+        let names = files(&here.join("old")).into_iter();
+        names
+            .map(|name| fs::read(here.join("old").join(name)).unwrap())
+            .collect()
+    };
+    let before = read();
+    refused(here, &[&uniform[..], &["--out", "old"]].concat());
+    assert_eq!(read(), before);
+
+    // a directory in the place of a table is found when the tables are written: no manifest, no temporary files
+    fs::create_dir_all(here.join("taken/lobe.rho_hd.exr/inside")).unwrap();
+    let errors = refused(here, &[&["bake", "narrow.toml", "--out", "taken"], &SMALL[..]].concat());
+    assert!(errors.contains("taken/lobe.rho_hd.exr"), "{errors}");
+    assert_eq!(
+        files(&here.join("taken")),
+        BTreeSet::from(["lobe.rho_hd.exr".to_string()])
+    );
+
+    fs::write(here.join("file"), b"mine").unwrap();
+    for out in ["file", "file/deeper"] {
+        let errors = refused(here, &["bake", "--out", out]);
+        assert!(errors.contains(out) && errors.contains("file is a file"), "{errors}");
+    }
+    assert_eq!(fs::read(here.join("file")).unwrap(), b"mine");
+}
+
+/// Root may write anywhere, but not even root into /proc.
+#[cfg(target_os = "linux")]
+#[test]
+fn directories_that_cannot_be_written_are_named() {
+    let directory = tempfile::tempdir().unwrap();
+    let errors = refused(directory.path(), &["bake", "--out", "/proc/furnace/tables"]);
+    assert!(errors.contains("/proc/furnace/tables"), "{errors}");
+}
+
+/// The keys of one result, in order, for materials without a roughness range.
+const KEYS: [&str; 12] = [
+    "material",
+    "quantity",
+    "lobe",
+    "mu",
+    "phi_deg",
+    "value",
+    "error",
+    "error_kind",
+    "estimator",
+    "evaluations",
+    "seconds",
+    "roughness",
+];
+
+fn check_result(result: &Value, grey: bool) {
+    let keys: Vec<&String> = result.as_object().unwrap().keys().collect();
+    let range = result["material"] == "vmf-any-roughness";
+    assert_eq!(keys, KEYS[..if range { 12 } else { 11 }]);
+    let numbers = |key: &str| -> Vec<f64> {
+        let list = result[key].as_array().unwrap();
+        list.iter().map(|number| number.as_f64().unwrap()).collect()
+    };
+    let (value, error) = (numbers("value"), numbers("error"));
+    assert_eq!(
+        (value.len(), error.len()),
+        if grey { (1, 1) } else { (3, 3) },
+        "{result}"
+    );
+    assert!(value.iter().all(|value| (0.0..=1.0 + 1e-6).contains(value)), "{result}");
+    assert!(error.iter().all(|error| *error > 0.0), "{result}");
+    assert_eq!(result["lobe"], "reflection");
+    assert!(["bound", "ci99", "exact"].contains(&result["error_kind"].as_str().unwrap()));
+    assert!(result["evaluations"].is_u64() && result["seconds"].as_f64().unwrap() >= 0.0);
+    match result["quantity"].as_str().unwrap() {
+        "rho_hd" => assert!(result["mu"].is_f64() && result["phi_deg"].is_f64(), "{result}"),
+        "rho_hh" => assert!(result["mu"].is_null() && result["phi_deg"].is_null(), "{result}"),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn rho_prints_one_result_for_every_combination() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let materials: [(&str, bool); 3] = [
+        ("methanol-k17", false),
+        ("beckmann-m0.2", true),
+        ("vmf-any-roughness", true),
+    ];
+    for (name, grey) in materials {
+        let json = good_json(
+            here,
+            &[
+                "rho",
+                "--json",
+                "--material",
+                name,
+                "--mu",
+                "0,0.25",
+                "--theta-deg",
+                "30",
+                "--phi-deg",
+                "0,-90.5,360",
+                "--hh",
+                "--roughness",
+                "2,3,4",
+            ],
+        );
+        assert_eq!(
+            json.as_object().unwrap().keys().collect::<Vec<_>>(),
+            ["scene", "results"]
+        );
+        assert_eq!(json["scene"], "default");
+        let results = json["results"].as_array().unwrap();
+        let roughnesses = if name == "vmf-any-roughness" { 3 } else { 1 };
+        assert_eq!(results.len(), roughnesses * (3 * 3 + 1), "{name}");
+        let mut seen = BTreeSet::new();
+        for result in results {
+            check_result(result, grey);
+            assert_eq!(result["material"], name);
+            let place = ["mu", "phi_deg", "roughness"].map(|key| result[key].to_string());
+            assert!(seen.insert(place.clone()), "{place:?} twice");
+        }
+        let cos_30 = 60f64.to_radians().sin();
+        for mu in [0.0, 0.25, cos_30] {
+            for phi in [0.0, -90.5, 360.0] {
+                let here = |r: &&Value| r["mu"].as_f64() == Some(mu) && r["phi_deg"].as_f64() == Some(phi);
+                assert_eq!(results.iter().filter(here).count(), roughnesses, "{name} {mu} {phi}");
+            }
+        }
+    }
+    // nothing asked for: seven angles and rho_hh of every material, both ends of a range
+    let json = good_json(here, &["rho", "--json"]);
+    assert_eq!(json["results"].as_array().unwrap().len(), 8 * (6 + 2));
+    // rho_hh alone
+    let json = good_json(here, &["rho", "--json", "--hh", "--material", "phong-n48"]);
+    assert_eq!(json["results"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn rho_names_what_its_errors_mean() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    write_scene(
+        here,
+        "grey.toml",
+        "[[material]]\nname = \"grey\"\nbxdf = { type = \"lambertian\", reflectance = 0.25 }\n",
+    );
+    let json = good_json(here, &["rho", "grey.toml", "--json", "--mu", "0.5"]);
+    let result = &json["results"][0];
+    assert_eq!(
+        (&result["error_kind"], &result["estimator"]),
+        (&"exact".into(), &"closed-form".into())
+    );
+    assert_eq!(
+        (result["value"][0].as_f64(), &result["evaluations"]),
+        (Some(0.25), &0.into())
+    );
+    let visible = [
+        "rho",
+        "--json",
+        "--mu",
+        "0.5",
+        "--material",
+        "phong-n48",
+        "--samples",
+        "5000",
+    ];
+    let json = good_json(here, &[&visible[..], &["--estimator", "mc-visible"]].concat());
+    let result = &json["results"][0];
+    assert_eq!(
+        (&result["error_kind"], &result["estimator"]),
+        (&"ci99".into(), &"mc-visible".into())
+    );
+    assert_eq!(result["evaluations"], 5000);
+    let json = good_json(here, &visible);
+    assert_eq!(
+        (&json["results"][0]["error_kind"], &json["results"][0]["estimator"]),
+        (&"bound".into(), &"quadrature".into())
+    );
+}
+
+/// One number in three places: `rho`, the texel, the manifest.
+#[test]
+fn rho_texels_and_manifest_agree() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let bake = good_json(here, &[&["bake", "--json", "--out", "out"], &SMALL[..]].concat());
+    for entry in bake["manifest"]["tables"].as_array().unwrap() {
+        let id = entry["id"].as_str().unwrap();
+        if id.contains(".specular.") {
+            continue;
+        }
+        let table = table(&here.join("out").join(entry["file"].as_str().unwrap()));
+        for i in [0, table.values.len() / 2, table.values.len() - 1] {
+            let at = table.texel_values(i);
+            let mut flags = vec![
+                "rho".to_string(),
+                "--json".into(),
+                "--material".into(),
+                table.materials[0].clone(),
+            ];
+            if table.quantity.name() == "rho_hh" {
+                flags.push("--hh".into());
+            }
+            for (axis, value) in table.axes.iter().zip(&at) {
+                let flag = if axis.parameter == "mu" { "--mu" } else { "--roughness" };
+                flags.extend([flag.to_string(), format!("{value:?}")]);
+            }
+            let flags: Vec<&str> = flags.iter().map(String::as_str).collect();
+            let json = good_json(here, &flags);
+            let result = &json["results"][0];
+            for (channel, value) in result["value"].as_array().unwrap().iter().enumerate() {
+                let value = value.as_f64().unwrap();
+                // the same integral to the same tolerance: the texel is its rounding to f32
+                let stored = table.stored(i)[channel];
+                assert_eq!(stored, f64::from(value as f32), "{id} at {at:?}");
+                let (min, max) = (entry["min"].as_f64().unwrap(), entry["max"].as_f64().unwrap());
+                assert!((min..=max).contains(&stored), "{id}");
+                let error = result["error"][channel].as_f64().unwrap();
+                assert!(table.texel_error(i)[channel] >= error, "{id}");
+                assert!(entry["max_texel_error"].as_f64().unwrap() >= error, "{id}");
+            }
+        }
+    }
+}
+
+#[test]
+fn inspect_tells_tables_from_others_and_from_damage() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    write_scene(here, "lobe.toml", &scene(VMF, "v-groove", METHANOL));
+    let bake = good_json(
+        here,
+        &[&["bake", "lobe.toml", "--json", "--out", "out"], &SMALL[..]].concat(),
+    );
+    let file = "out/lobe.rho_hd.exr";
+    let shown = good(here, &["inspect", file]);
+    for part in [
+        "rho_hd, reflection",
+        "u = ",
+        "lookup error",
+        "quadrature, tolerance 1e-6, seed 0",
+        "kappa = 17",
+    ] {
+        assert!(shown.contains(part), "{part} is not in\n{shown}");
+    }
+    let mut json = good_json(here, &["inspect", file, "--json"]);
+    assert_eq!(json["version"], env!("CARGO_PKG_VERSION"));
+    // all that the manifest says of the table, said of the file as it was named
+    json["file"] = "lobe.rho_hd.exr".into();
+    for (key, value) in bake["manifest"]["tables"][0].as_object().unwrap() {
+        assert_eq!(json[key], *value, "{key}");
+    }
+
+    let pixels = exr::prelude::SpecificChannels::rgb(|at: exr::prelude::Vec2<usize>| (at.x() as f32, 0.5f32, f32::NAN));
+    exr::prelude::WritableImage::write(&exr::prelude::Image::from_channels((5, 2), pixels))
+        .to_file(here.join("foreign.exr"))
+        .unwrap();
+    let shown = good(here, &["inspect", "foreign.exr"]);
+    for part in [
+        "5 x 2",
+        "R (f32): 0 .. 4",
+        "B (f32): no finite sample, 10 not finite",
+        "no attributes of whitefurnace",
+    ] {
+        assert!(shown.contains(part), "{part} is not in\n{shown}");
+    }
+    let json = good_json(here, &["inspect", "foreign.exr", "--json"]);
+    assert_eq!(json["foreign"][0]["size"], serde_json::json!([5, 2]));
+
+    let bytes = fs::read(here.join(file)).unwrap();
+    let mut flipped = bytes.clone();
+    let last = flipped.len() - 3;
+    flipped[last] ^= 4;
+    let half = &bytes[..bytes.len() / 2];
+    for (name, bytes, reason) in [
+        ("short.exr", half, "cannot read short.exr"),
+        ("flipped.exr", &flipped[..], "hash"),
+        ("empty.exr", b"", "cannot read empty.exr"),
+        ("text.exr", b"no image at all", "cannot read text.exr"),
+    ] {
+        fs::write(here.join(name), bytes).unwrap();
+        let errors = refused(here, &["inspect", name]);
+        assert!(errors.contains(reason) && errors.contains(name), "{name}: {errors}");
+        assert_eq!(refused(here, &["inspect", name, "--json"]), errors);
+    }
+    assert!(refused(here, &["inspect", "missing.exr"]).contains("missing.exr"));
+    assert!(refused(here, &["inspect", "out"]).contains("out"));
+}
+
+/// Flags that are refused, and what the message has to name: the flag, the value, what is allowed.
+#[test]
+fn wrong_flags_say_what_is_allowed() {
+    let directory = tempfile::tempdir().unwrap();
+    for (arguments, parts) in [
+        (&["rho", "--mu", "1.5"][..], &["--mu", "1.5", "[0, 1]"][..]),
+        (&["rho", "--mu", "-0.1"], &["--mu", "-0.1", "[0, 1]"]),
+        (&["rho", "--mu", "0.5,nan"], &["--mu", "NaN", "[0, 1]"]),
+        (&["rho", "--mu", "half"], &["--mu", "half", "number"]),
+        (&["rho", "--mu", ""], &["--mu", "number"]),
+        (&["rho", "--theta-deg", "90.5"], &["--theta-deg", "90.5", "[0, 90]"]),
+        (&["rho", "--phi-deg", "inf"], &["--phi-deg", "inf", "[-360, 360]"]),
+        (&["rho", "--roughness", "-1"], &["--roughness", "-1", "1e12"]),
+        (
+            &["rho", "--roughness", "5000", "--material", "vmf-any-roughness"],
+            &["--roughness", "5000", "kappa", "[1, 4096]", "vmf-any-roughness"],
+        ),
+        (
+            &["rho", "--material", "gold"],
+            &["gold", "methanol-k17", "vmf-any-roughness"],
+        ),
+        (&["bake", "--tolerance", "0"], &["--tolerance", "0", "1e-12", "0.5"]),
+        (&["bake", "--tolerance", "0.6"], &["--tolerance", "0.6", "0.5"]),
+        (&["plan", "--tolerance", "1e-13"], &["--tolerance", "1e-12"]),
+        (&["bake", "--samples", "1"], &["--samples", "1", "2.."]),
+        (&["bake", "--samples", "many"], &["--samples", "many"]),
+        (&["bake", "--threads", "0"], &["--threads", "0", "1..=1024"]),
+        (&["bake", "--seed", "-1"], &["-1"]),
+        (&["bake", "--seed", "1.5"], &["--seed", "1.5"]),
+        (&["bake", "--resolution", "1"], &["--resolution", "1", "2 to 16384"]),
+        (
+            &["bake", "--resolution", "16385"],
+            &["--resolution", "16385", "2 to 16384"],
+        ),
+        (
+            &["bake", "--roughness-resolution", "x"],
+            &["--roughness-resolution", "x", "whole number"],
+        ),
+        (&["bake", "--axis", "log"], &["--axis", "log", "auto, mu and sqrt-mu"]),
+        (
+            &["bake", "--estimator", "magic"],
+            &["--estimator", "magic", "auto, closed-form, quadrature, mc-uniform"],
+        ),
+        (
+            &["bake", "--estimator", "closed-form"],
+            &["closed-form", "methanol-k17", "use auto"],
+        ),
+        (
+            &["rho", "--estimator", "closed-form"],
+            &["closed-form", "methanol-k17", "use auto"],
+        ),
+        (&["rho", "--colour"], &["--colour"]),
+        (&["bakery"], &["bakery", "bake"]),
+        (&["inspect"], &["FILE"]),
+        (&["bake", "a.toml", "b.toml"], &["b.toml"]),
+    ] {
+        let errors = refused(directory.path(), arguments);
+        for part in parts {
+            assert!(errors.contains(part), "{arguments:?}: {part} is not in\n{errors}");
+        }
+    }
+    assert_eq!(files(directory.path()), BTreeSet::new());
+}
+
+/// Scenes that are refused, and what the message has to name: file:line:column, the value, what is allowed.
+#[test]
+fn wrong_scenes_say_where_and_what_is_allowed() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let lobe = |distribution: &str| scene(distribution, "v-groove", METHANOL);
+    for (text, parts) in [
+        (
+            lobe("{ type = \"vmf\", kappa = -3 }"),
+            &["bad.toml:8:40", "kappa = -3", "[0, 1e12]"][..],
+        ),
+        (
+            lobe("{ type = \"vmf\", kapa = 3 }"),
+            &["bad.toml:8:32", "kapa", "did you mean kappa?"],
+        ),
+        (lobe("{ type = \"vmf\" }"), &["bad.toml:8:", "missing", "kappa"]),
+        (
+            lobe("{ type = \"gauss\", m = 1 }"),
+            &["bad.toml:8:", "gauss", "\"vmf\", \"beckmann\""],
+        ),
+        (
+            lobe("{ type = \"vmf\", kappa = { min = 5, max = 2 } }"),
+            &["bad.toml:8:", "min", "max"],
+        ),
+        (
+            lobe("{ type = \"vmf\", kappa = \"17\" }"),
+            &["bad.toml:8:40", "17", "number"],
+        ),
+        (
+            scene(VMF, "w-groove", METHANOL),
+            &["bad.toml:9:11", "w-groove", "\"none\", \"v-groove\""],
+        ),
+        (
+            scene(VMF, "v-groove", "{ type = \"dielectric\", eta = 0 }"),
+            &["bad.toml:10:", "eta = 0", "[0.01, 100]"],
+        ),
+        (
+            lobe(VMF).replace("[scene]", "[scenes]"),
+            &["bad.toml:1:2", "scenes", "did you mean scene?"],
+        ),
+        (format!("{}{}", lobe(VMF), &lobe(VMF)[25..]), &["bad.toml:", "lobe"]),
+        (
+            lobe(VMF).replace(" = \"lobe\"", " ="),
+            &["bad.toml:5:", "not valid TOML"],
+        ),
+        (String::new(), &["bad.toml:1:1", "material"]),
+    ] {
+        write_scene(here, "bad.toml", &text);
+        for command in ["bake", "plan", "rho"] {
+            let errors = refused(here, &[command, "bad.toml"]);
+            for part in parts {
+                assert!(
+                    errors.contains(part),
+                    "{command}: {part} is not in\n{errors}\nof\n{text}"
+                );
+            }
+        }
+    }
+    assert_eq!(files(here), BTreeSet::from(["bad.toml".to_string()]));
+    for (name, part) in [("missing.toml", "No such file"), (".", "directory")] {
+        let errors = refused(here, &["plan", name]);
+        assert!(errors.contains(name) && errors.contains(part), "{errors}");
+    }
+}
+
+/// What a newcomer has to find in the help of each command.
+#[test]
+fn help_says_what_a_newcomer_needs() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    for (arguments, parts) in [
+        (
+            &["--help"][..],
+            &[
+                "bake",
+                "plan",
+                "rho",
+                "inspect",
+                "Examples:",
+                "rho_hd is",
+                "rho_hh is",
+                "Exit codes",
+            ][..],
+        ),
+        (
+            &["bake", "--help"],
+            &[
+                "outputs/<scene>",
+                "--tolerance",
+                "--estimator",
+                "--seed",
+                "--threads",
+                "--json",
+                "manifest.json",
+                "lookup",
+                "R G B",
+            ],
+        ),
+        (&["plan", "--help"], &["cost", "--resolution", "--tolerance", "--json"]),
+        (
+            &["rho", "--help"],
+            &[
+                "--mu",
+                "--theta-deg",
+                "--phi-deg",
+                "--hh",
+                "--material",
+                "Examples:",
+                "0 stands for the limit",
+            ],
+        ),
+        (&["inspect", "--help"], &[".exr", "--json"]),
+    ] {
+        let help = good(here, arguments);
+        for part in parts {
+            assert!(help.contains(part), "{arguments:?}: {part} is not in\n{help}");
+        }
+        assert!(
+            help.lines().all(|line| line.chars().count() <= 100),
+            "{arguments:?}\n{help}"
+        );
+    }
+    assert!(good(here, &["--version"]).contains(env!("CARGO_PKG_VERSION")));
+    // no command: the help, as an error
+    let output = furnace(here, &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("Examples:"));
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    for arguments in [&["rho", "--mu", "0.5"][..], &["rho", "--json"], &["plan", "--json"]] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_furnace"))
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap())
+            .read_line(&mut line)
+            .unwrap();
+        assert!(!line.is_empty());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+        assert_eq!(text(&output.stderr), "", "{arguments:?}");
+    }
+    // gone before the first line
+    let mut child = Command::new(env!("CARGO_BIN_EXE_furnace"))
+        .args(["rho", "--mu", "0.5"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
+}
