@@ -60,14 +60,14 @@ struct Common {
     #[arg(long, default_value = "1e-6", value_name = "ERROR", value_parser = number::tolerance)]
     tolerance: f64,
     /// Fixed number of Monte Carlo samples instead of the tolerance, 2 to 2^40.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1 << 40))]
+    #[arg(long, value_name = "N", value_parser = number::samples)]
     samples: Option<u64>,
     /// Seed of the random streams; the same seed gives the same bytes on any number of threads.
     #[arg(long, default_value_t = 0, value_name = "N")]
     seed: u64,
-    /// Threads to use; as many as there are cores by default.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    /// Threads to use, 1 to 1024; as many as there are cores by default.
+    #[arg(long, value_name = "N", value_parser = number::threads)]
+    threads: Option<usize>,
     /// Print JSON instead of text.
     #[arg(long)]
     json: bool,
@@ -141,27 +141,36 @@ impl Common {
         })
     }
 
-    fn effort(&self) -> Effort {
-        Effort {
+    /// # Errors
+    /// When a sample count is given to an estimator that draws none: it would be ignored, and the tolerance hold instead.
+    fn effort(&self) -> Result<Effort, Failure> {
+        if self.samples.is_some() && !matches!(self.estimator, Estimator::MonteCarlo(_)) {
+            let estimator = self.estimator;
+            return Err(format!(
+                "--samples goes with a Monte Carlo estimator, --estimator mc-..., not with {estimator}"
+            )
+            .into());
+        }
+        Ok(Effort {
             tolerance: self.tolerance,
             samples: self.samples,
             seed: self.seed,
-        }
+        })
     }
 
-    fn request(&self, shape: &Shape) -> Request {
-        Request {
+    fn request(&self, shape: &Shape) -> Result<Request, Failure> {
+        Ok(Request {
             resolution: shape.resolution,
             roughness_resolution: shape.roughness_resolution,
             mapping: shape.axis.0,
             estimator: self.estimator,
-            effort: self.effort(),
-        }
+            effort: self.effort()?,
+        })
     }
 
     /// Runs `work` on the number of threads asked for.
     fn in_pool<T: Send>(&self, work: impl FnOnce() -> Result<T, Failure> + Send) -> Result<T, Failure> {
-        let threads = self.threads.map_or(0, usize::from);
+        let threads = self.threads.unwrap_or(0);
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()?

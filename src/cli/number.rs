@@ -1,6 +1,9 @@
 //! Numbers on the command line, with errors that say what is allowed.
 
 use super::AxisChoice;
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
 use whitefurnace::parameter::{Legal, MU};
 use whitefurnace::table::axis::{MAX_SIZE, Mapping};
 
@@ -36,10 +39,22 @@ pub(super) fn roughness(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn resolution(text: &str) -> Result<usize, String> {
+    whole(text, 2..=MAX_SIZE)
+}
+
+pub(super) fn threads(text: &str) -> Result<usize, String> {
+    whole(text, 1..=1024)
+}
+
+pub(super) fn samples(text: &str) -> Result<u64, String> {
+    whole(text, 2..=1 << 40)
+}
+
+fn whole<T: FromStr + PartialOrd + Display>(text: &str, legal: RangeInclusive<T>) -> Result<T, String> {
+    let (least, most) = (legal.start(), legal.end());
     match text.parse() {
-        Ok(size) if (2..=MAX_SIZE).contains(&size) => Ok(size),
-        Ok(size) => Err(format!("{size} texels are not allowed: an axis has 2 to {MAX_SIZE}")),
-        Err(_) => Err(format!("`{text}` is not a whole number")),
+        Ok(number) if legal.contains(&number) => Ok(number),
+        _ => Err(format!("not a whole number from {least} to {most}")),
     }
 }
 

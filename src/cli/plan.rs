@@ -31,7 +31,7 @@ const PROBES: [f64; 4] = [0.02, 0.15, 0.45, 0.85];
 impl PlanCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let scene = self.common.load()?;
-        let plan = Plan::new(&scene, &self.common.request(&self.shape))?;
+        let plan = Plan::new(&scene, &self.common.request(&self.shape)?)?;
         let costs = plan.tables.iter().map(cost).collect::<Result<Vec<Cost>, Failure>>()?;
         let threads = self.common.in_pool(|| Ok(rayon::current_num_threads()))?;
         if self.common.json {
@@ -93,12 +93,7 @@ fn report(plan: &Plan, costs: &[Cost], threads: usize) {
             table.id.clone(),
             table.purpose.into(),
             table.texels().to_string(),
-            table
-                .alternatives
-                .iter()
-                .map(|axes| labels(axes))
-                .collect::<Vec<_>>()
-                .join(" or "),
+            axes(table),
             table.channels.count().to_string(),
             cost.estimator.into(),
             format!("{:.1e}", cost.evaluations),
@@ -120,8 +115,13 @@ fn report(plan: &Plan, costs: &[Cost], threads: usize) {
     format::say("\nNext: furnace bake with the same arguments.");
 }
 
-fn labels(axes: &[Axis]) -> String {
-    axes.iter().map(Axis::label).collect::<Vec<_>>().join(", ")
+/// The simplest of the alternative axes, and how many there are to choose from.
+fn axes(table: &TablePlan) -> String {
+    let labels: Vec<String> = table.alternatives.iter().take(1).flatten().map(Axis::label).collect();
+    match table.alternatives.len() {
+        0 | 1 => labels.join(", "),
+        several => format!("{}, or better of {several}", labels.join(", ")),
+    }
 }
 
 fn as_json(plan: &Plan, costs: &[Cost]) -> Value {

@@ -6,7 +6,7 @@ use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::fmt::Display;
 use std::time::Instant;
-use whitefurnace::estimate::Estimate;
+use whitefurnace::estimate::{Effort, Estimate};
 use whitefurnace::integrate::{IntegrateError, Integrator, Target};
 use whitefurnace::scene::Material;
 use whitefurnace::spectrum::Channels;
@@ -79,14 +79,13 @@ impl Rho {
                     .map(|roughness| (material, roughness)),
             );
         }
-        let bar = format::progress(
-            (cases.len() * (directions.len() + usize::from(hh))) as u64,
-            "integrating",
-        );
+        let effort = self.common.effort()?;
+        let targets: Vec<Option<Direction>> = directions.into_iter().map(Some).chain(hh.then_some(None)).collect();
+        let bar = format::progress((cases.len() * targets.len()) as u64, "integrating");
         let rows = self.common.in_pool(|| {
             let mut rows = Vec::new();
             for (material, roughness) in cases {
-                rows.extend(self.rows(material, roughness, &directions, hh, &bar)?);
+                rows.extend(self.rows(material, roughness, &targets, effort, &bar)?);
             }
             Ok(rows)
         })?;
@@ -146,8 +145,8 @@ impl Rho {
         &self,
         material: &'a Material,
         roughness: Option<(&'static str, f64)>,
-        directions: &[Direction],
-        hh: bool,
+        targets: &[Option<Direction>],
+        effort: Effort,
         bar: &ProgressBar,
     ) -> Result<Vec<Row<'a>>, Failure> {
         let failed = |error: &dyn Display| format!("material `{}`: {error}", material.name);
@@ -156,12 +155,10 @@ impl Rho {
             .model
             .at(roughness.map(|(_, value)| value))
             .map_err(|error| failed(&error))?;
-        let integrator =
-            Integrator::new(&model, self.common.estimator, self.common.effort()).map_err(|error| failed(&error))?;
+        let integrator = Integrator::new(&model, self.common.estimator, effort).map_err(|error| failed(&error))?;
         let mut shared = (integrator.shared_evaluations(), start.elapsed().as_secs_f64());
         let mut rows = Vec::new();
-        let targets = directions.iter().copied().map(Some).chain(hh.then_some(None));
-        for (cell, direction) in targets.enumerate() {
+        for (cell, direction) in targets.iter().copied().enumerate() {
             let start = Instant::now();
             let target = direction.map_or(Target::RhoHh, |direction| Target::RhoHd {
                 mu: direction.mu,

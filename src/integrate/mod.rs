@@ -3,6 +3,7 @@
 //! rho_hd(wo) = int f(wo, wi) |cos theta_i| dwi and rho_hh = (1/pi) int rho_hd(wo) |cos theta_o| dwo, in [`deterministic`]
 //! and in [`monte_carlo`] form; [`Integrator`] chooses between them.
 
+mod between;
 mod coupled;
 pub mod deterministic;
 mod fill;

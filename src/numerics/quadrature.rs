@@ -110,6 +110,8 @@ impl Piece {
     pub fn logarithmic(self) -> Self {
         Self {
             log_ratio: Some((self.to / self.from).ln()),
+            // over several e-foldings 7 nodes do not see the shape yet, and what they agree on with 3 says little
+            first_level: 2,
             ..self
         }
     }
