@@ -45,7 +45,7 @@ impl Bake {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let start = Instant::now();
         let scene = self.common.load()?;
-        let plan = Plan::new(&scene, &self.common.request(&self.shape)?)?;
+        let plan = Plan::new(&scene, &self.common.request(&self.shape))?;
         let directory = self
             .out
             .clone()

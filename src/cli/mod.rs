@@ -141,31 +141,27 @@ impl Common {
         })
     }
 
-    /// # Errors
-    /// When a sample count is given to an estimator that draws none: it would be ignored, and the tolerance hold instead.
-    fn effort(&self) -> Result<Effort, Failure> {
+    /// Deterministic estimators draw no samples; who fixes their number gets told.
+    fn effort(&self) -> Effort {
         if self.samples.is_some() && !matches!(self.estimator, Estimator::MonteCarlo(_)) {
             let estimator = self.estimator;
-            return Err(format!(
-                "--samples goes with a Monte Carlo estimator, --estimator mc-..., not with {estimator}"
-            )
-            .into());
+            eprintln!("note: --samples has no effect on --estimator {estimator}, which meets the tolerance instead");
         }
-        Ok(Effort {
+        Effort {
             tolerance: self.tolerance,
             samples: self.samples,
             seed: self.seed,
-        })
+        }
     }
 
-    fn request(&self, shape: &Shape) -> Result<Request, Failure> {
-        Ok(Request {
+    fn request(&self, shape: &Shape) -> Request {
+        Request {
             resolution: shape.resolution,
             roughness_resolution: shape.roughness_resolution,
             mapping: shape.axis.0,
             estimator: self.estimator,
-            effort: self.effort()?,
-        })
+            effort: self.effort(),
+        }
     }
 
     /// Runs `work` on the number of threads asked for.

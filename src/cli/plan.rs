@@ -31,7 +31,7 @@ const PROBES: [f64; 4] = [0.02, 0.15, 0.45, 0.85];
 impl PlanCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let scene = self.common.load()?;
-        let plan = Plan::new(&scene, &self.common.request(&self.shape)?)?;
+        let plan = Plan::new(&scene, &self.common.request(&self.shape))?;
         let costs = plan.tables.iter().map(cost).collect::<Result<Vec<Cost>, Failure>>()?;
         let threads = self.common.in_pool(|| Ok(rayon::current_num_threads()))?;
         if self.common.json {

@@ -79,7 +79,7 @@ impl Rho {
                     .map(|roughness| (material, roughness)),
             );
         }
-        let effort = self.common.effort()?;
+        let effort = self.common.effort();
         let targets: Vec<Option<Direction>> = directions.into_iter().map(Some).chain(hh.then_some(None)).collect();
         let bar = format::progress((cases.len() * targets.len()) as u64, "integrating");
         let rows = self.common.in_pool(|| {
