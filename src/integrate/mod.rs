@@ -46,13 +46,13 @@ pub enum IntegrateError {
     },
     /// Too few samples hit the lobe for their spread to be known.
     #[error(
-        "{hits} of {samples} samples of {estimator} contribute, too few to state an error: \
+        "{hits} of {samples} samples of {estimator} carry the mean, too few to state an error: \
          take more samples, or use mc-normals, mc-visible or quadrature"
     )]
     TooFewHits {
         /// The estimator.
         estimator: Estimator,
-        /// Samples that contributed.
+        /// Samples that carry the mean.
         hits: u64,
         /// Samples drawn.
         samples: u64,

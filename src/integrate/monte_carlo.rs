@@ -8,8 +8,9 @@ use crate::bxdf::{Bxdf, Sampling, cosine_hemisphere};
 use crate::geometry::Polar;
 use crate::numerics::moments::Moments;
 use crate::numerics::stream::{Stream, StreamId};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 /// Samples per random stream.
 const BATCH: u64 = 1 << 14;
@@ -17,8 +18,8 @@ const BATCH: u64 = 1 << 14;
 /// Samples after which the variance is first looked at.
 const PILOT: u64 = BATCH;
 
-/// Contributing samples below which no spread is stated.
-const FEWEST_HITS: u64 = 100;
+/// Samples that carry the mean, [`Moments::effective`], below which no spread is stated.
+const FEWEST_HITS: f64 = 100.0;
 
 /// Probability with which the stated interval covers the value.
 pub const CONFIDENCE: f64 = 0.99;
@@ -70,21 +71,23 @@ pub fn estimate<B: Bxdf + ?Sized>(
         });
     }
     let draw = |moments: Moments, upto: u64| extend(bxdf, sampling, outgoing, seed, cell, moments, upto);
+    let mut start = Moments::default();
+    start.expect(peak(bxdf, sampling, outgoing));
     let moments = match samples {
-        Samples::Fixed(count) => draw(Moments::default(), count),
+        Samples::Fixed(count) => draw(start, count),
         Samples::UpTo { tolerance, limit } => {
-            let mut moments = draw(Moments::default(), PILOT.min(limit));
+            let mut moments = draw(start, PILOT.min(limit));
             loop {
                 let reached = half_width(&moments).max_element();
-                if reached <= tolerance && moments.hits >= FEWEST_HITS {
+                let enough = moments.effective() >= FEWEST_HITS || nothing(&moments);
+                if reached <= tolerance && enough {
                     break moments;
                 }
                 let n = moments.count as f64;
-                let ratio = (reached / tolerance).powi(2);
                 // a margin of 5 % covers the spread of s for any but the first batches
-                let needed = (n * ratio * 1.05).max(2.0 * n);
+                let needed = (1.05 * moments.count_for(tolerance, CONFIDENCE)).max(2.0 * n);
                 if needed > limit as f64 {
-                    if moments.hits < FEWEST_HITS {
+                    if !enough {
                         return Err(too_few(estimator, &moments));
                     }
                     let limit = limit as f64;
@@ -99,7 +102,7 @@ pub fn estimate<B: Bxdf + ?Sized>(
             }
         }
     };
-    if moments.hits < FEWEST_HITS && !constant(&moments) {
+    if moments.effective() < FEWEST_HITS && !constant(&moments) {
         return Err(too_few(estimator, &moments));
     }
     Ok(Estimate {
@@ -111,15 +114,20 @@ pub fn estimate<B: Bxdf + ?Sized>(
     })
 }
 
-/// Every sample contributed, however few there are.
+/// Nothing varies, however few samples there are.
 fn constant(moments: &Moments) -> bool {
-    moments.count >= 2 && moments.hits == moments.count
+    moments.count >= 2 && moments.variance() == DVec3::ZERO && (nothing(moments) || moments.mean() != DVec3::ZERO)
+}
+
+/// Nothing contributes, and nothing is expected to.
+fn nothing(moments: &Moments) -> bool {
+    moments.half_width(CONFIDENCE) == DVec3::ZERO
 }
 
 fn too_few(estimator: Estimator, moments: &Moments) -> IntegrateError {
     IntegrateError::TooFewHits {
         estimator,
-        hits: moments.hits,
+        hits: moments.effective() as u64,
         samples: moments.count,
     }
 }
@@ -158,6 +166,37 @@ fn extend<B: Bxdf + ?Sized>(
         .collect();
     batches.into_iter().fold(moments, Moments::merge)
 }
+
+/// A weight about as large as the largest, for samplings that know nothing of the lobe.
+///
+/// They may miss a narrow lobe altogether, and would then state a spread without it. The lobe is looked for in the mirror
+/// direction, and up the plane of incidence in octaves of the cosine, where it lies at grazing angles. Where wo is drawn,
+/// its median stands for it: the largest weight of all is at the horizon, and too rare to count.
+fn peak<B: Bxdf + ?Sized>(bxdf: &B, sampling: Sampling, outgoing: Outgoing) -> DVec3 {
+    let wo = match outgoing {
+        Outgoing::Fixed(wo) => wo,
+        Outgoing::Cosine => Polar::from_cos(FRAC_1_SQRT_2).direction(0.0),
+    };
+    let radius = wo.x.hypot(wo.y);
+    let away = if radius > 0.0 {
+        -wo.truncate() / radius
+    } else {
+        DVec2::X
+    };
+    let octaves = (0..OCTAVES).map(|k| 0.5f64.powi(k));
+    let weight = |cos: f64| {
+        let wi = (away * Polar::from_cos(cos).sin).extend(cos);
+        match sampling {
+            Sampling::Uniform => bxdf.f(wo, wi) * (TAU * cos),
+            Sampling::Cosine => bxdf.f(wo, wi) * PI,
+            Sampling::Normals | Sampling::Visible | Sampling::Bxdf => DVec3::ZERO,
+        }
+    };
+    octaves.chain([wo.z.abs()]).map(weight).fold(DVec3::ZERO, DVec3::max)
+}
+
+/// Octaves of the cosine that are looked at; what lies below 1e-6 has no weight.
+const OCTAVES: i32 = 20;
 
 /// wo at cos theta = `mu` and azimuth `phi` in radians.
 pub fn outgoing(mu: f64, phi: f64) -> Outgoing {

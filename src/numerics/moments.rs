@@ -1,58 +1,53 @@
-//! Running mean, variance and skewness, merged in a fixed order, and the confidence interval that they support.
+//! Running mean and variance, merged in a fixed order, and the confidence interval that they support.
 
 use glam::DVec3;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// Count, mean and central moments of a stream of values, per channel.
+/// Count, mean, variance and largest size of a stream of values, per channel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Moments {
     /// Number of values.
     pub count: u64,
-    /// Number of values that were not zero in every channel.
-    pub hits: u64,
     mean: DVec3,
     /// Sum of squared deviations.
     m2: DVec3,
-    /// Sum of cubed deviations.
-    m3: DVec3,
+    /// Largest absolute value, seen or expected.
+    largest: DVec3,
 }
 
 impl Moments {
     /// Adds one value.
     pub fn push(&mut self, value: DVec3) {
         self.count += 1;
-        self.hits += u64::from(value != DVec3::ZERO);
         let n = self.count as f64;
         let delta = value - self.mean;
-        let step = delta / n;
-        let term = delta * step * (n - 1.0);
-        self.mean += step;
-        self.m3 += term * step * (n - 2.0) - 3.0 * step * self.m2;
-        self.m2 += term;
+        self.mean += delta / n;
+        self.m2 += delta * (value - self.mean);
+        self.largest = self.largest.max(value.abs());
+    }
+
+    /// Says that values may be as large as `value`, though none has been seen.
+    pub fn expect(&mut self, value: DVec3) {
+        self.largest = self.largest.max(value.abs());
     }
 
     /// The moments of both streams together [Chan et al. 1983].
     pub fn merge(self, other: Self) -> Self {
+        let largest = self.largest.max(other.largest);
         if self.count == 0 {
-            return other;
+            return Self { largest, ..other };
         }
         if other.count == 0 {
-            return self;
+            return Self { largest, ..self };
         }
         let (a, b) = (self.count as f64, other.count as f64);
         let n = a + b;
         let delta = other.mean - self.mean;
-        let m2 = self.m2 + other.m2 + delta * delta * (a * b / n);
-        let m3 = self.m3
-            + other.m3
-            + delta * delta * delta * (a * b * (a - b) / (n * n))
-            + 3.0 * delta * (a * other.m2 - b * self.m2) / n;
         Self {
             count: self.count + other.count,
-            hits: self.hits + other.hits,
             mean: self.mean + delta * (b / n),
-            m2,
-            m3,
+            m2: self.m2 + other.m2 + delta * delta * (a * b / n),
+            largest,
         }
     }
 
@@ -66,26 +61,42 @@ impl Moments {
         self.m2 / (self.count.max(2) - 1) as f64
     }
 
-    /// Skewness of one value, 0 where there is no variance.
-    pub fn skewness(&self) -> DVec3 {
-        let deviation = (self.m2 / self.count.max(1) as f64).powf(1.5);
-        let third = self.m3 / self.count.max(1) as f64;
-        DVec3::select(deviation.cmpgt(DVec3::ZERO), third / deviation, DVec3::ZERO)
+    /// How many equal values would spread as much: (sum w)^2/(sum w^2), the least of all channels that are not 0.
+    ///
+    /// A lobe's tail contributes to every sample and says nothing; this counts the samples that carry the mean.
+    pub fn effective(&self) -> f64 {
+        let n = self.count as f64;
+        let squares = n * self.mean * self.mean + self.m2;
+        let each = (n * self.mean) * (n * self.mean) / squares;
+        let carried = (0..3).filter(|c| squares[*c] > 0.0).map(|c| each[c]);
+        carried.reduce(f64::min).unwrap_or(0.0)
     }
 
     /// Half-width of the interval that covers the mean with probability `confidence`.
     ///
-    /// Student's t times s/sqrt(n), widened by the shift (1 + 2 t^2) |g| s/(6 n) by which a skewness g displaces the
-    /// studentised mean [Johnson 1978]: estimators that rarely hit a narrow lobe are skewed, and the plain interval covers
-    /// too little for them.
+    /// Student's t times s/sqrt(n), and the rare event: what occurs less often than ln(1/(1 - confidence))/n need not have
+    /// been seen once, and changes a value by as much as the largest one. This is the form of empirical Bernstein bounds
+    /// [Maurer and Pontil 2009]; it also exceeds the shift of the studentised mean by skewness [Johnson 1978].
     pub fn half_width(&self, confidence: f64) -> DVec3 {
         let n = self.count as f64;
         if self.count < 2 {
             return DVec3::INFINITY;
         }
         let t = student_quantile(n - 1.0, confidence);
-        let deviation = self.variance().powf(0.5);
-        t * deviation / n.sqrt() + (1.0 + 2.0 * t * t) * self.skewness().abs() * deviation / (6.0 * n)
+        t * self.variance().powf(0.5) / n.sqrt() + self.unseen(confidence) / n
+    }
+
+    /// The number of values at which the half-width would be `width`, if they go on like this.
+    pub fn count_for(&self, width: f64, confidence: f64) -> f64 {
+        let t = student_quantile((self.count.max(2) - 1) as f64, confidence);
+        // the positive root of width n = t s sqrt(n) + u
+        let (spread, unseen) = (t * self.variance().powf(0.5), self.unseen(confidence));
+        let root = (spread + (spread * spread + 4.0 * width * unseen).powf(0.5)) / (2.0 * width);
+        (root * root).max_element()
+    }
+
+    fn unseen(&self, confidence: f64) -> DVec3 {
+        -(1.0 - confidence).ln() * self.largest
     }
 }
 
@@ -131,9 +142,9 @@ mod tests {
         };
         assert!((all.mean() - mean).abs().max_element() < 1e-14);
         assert!((all.variance() - central(2) / (n - 1.0)).abs().max_element() < 1e-14);
-        let skewness = central(3).x / n / (central(2).x / n).powf(1.5);
-        assert!((all.skewness().x - skewness).abs() < 1e-12);
-        assert_eq!(all.skewness().z, 0.0);
+        let sums: DVec3 = values.iter().map(|v| *v * *v).sum();
+        let effective = (n * mean * n * mean / sums).min_element();
+        assert!((all.effective() / effective - 1.0).abs() < 1e-12);
         let mut parts = Moments::default();
         for chunk in values.chunks(77) {
             let mut part = Moments::default();
@@ -141,8 +152,7 @@ mod tests {
             parts = parts.merge(part);
         }
         assert_eq!(parts.count, all.count);
-        assert_eq!(parts.hits, all.hits);
-        assert!((parts.skewness() - all.skewness()).abs().max_element() < 1e-12);
+        assert!((parts.effective() / all.effective() - 1.0).abs() < 1e-12);
         assert!((parts.variance() - all.variance()).abs().max_element() < 1e-14);
     }
 
@@ -158,5 +168,19 @@ mod tests {
     #[test]
     fn too_few_values_know_nothing() {
         assert_eq!(Moments::default().half_width(0.99), DVec3::INFINITY);
+        assert_eq!(Moments::default().effective(), 0.0);
+    }
+
+    /// n equal values leave room for an event of probability p with (1 - p)^n = 1 %.
+    #[test]
+    fn values_without_spread_leave_room_for_the_unseen() {
+        let mut moments = Moments::default();
+        (0..1000).for_each(|_| moments.push(DVec3::splat(0.5)));
+        let unseen = 1.0 - 0.01f64.powf(1e-3);
+        let width = moments.half_width(0.99).x;
+        assert!((width / (0.5 * unseen) - 1.0).abs() < 3e-3, "{width}"); // (1 - p)^n = e^(-p n) to second order
+        assert!((moments.count_for(width, 0.99) / 1000.0 - 1.0).abs() < 1e-9);
+        moments.expect(DVec3::splat(5.0));
+        assert!((moments.half_width(0.99).x / width - 10.0).abs() < 1e-9);
     }
 }
