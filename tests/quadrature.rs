@@ -65,7 +65,8 @@ fn stated_errors_hold_over_the_whole_legal_range() {
                             }
                             _ => 2e-14,
                         };
-                        if !(estimate.error.max_element() <= tolerance + rounding) || !estimate.value.is_finite() {
+                        let error = estimate.error.max_element();
+                        if error.is_nan() || error > tolerance + rounding || !estimate.value.is_finite() {
                             found.push(format!("{}: {estimate:?} misses the tolerance", what()));
                         }
                     }
@@ -271,7 +272,7 @@ fn mean_of_directions_is_the_hemispherical_albedo() {
 #[test]
 fn lost_energy_keeps_its_digits() {
     for (kappa, lost) in [
-        (17.0, 0.067_091_973_135_900_874),
+        (17.0, 0.067_091_973_135_900_87),
         (1e3, 0.001_002_006_024_120_725_1),
         (1e6, 1.000_002_000_006e-6),
         (1e12, 1.000_000_000_002e-12),

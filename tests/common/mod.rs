@@ -4,3 +4,5 @@
 
 pub(crate) mod cases;
 pub(crate) mod rules;
+pub(crate) mod statistics;
+pub(crate) mod wrong;

@@ -1,0 +1,390 @@
+//! Monte Carlo integration: estimates agree with quadrature, and stated intervals cover.
+//!
+//! Every test of a hypothesis belongs to one family per function, whose significance is shared out beforehand.
+
+mod common;
+
+use common::cases::{aluminium, beckmann, dielectric, grooves, methanol, phong, vmf};
+use common::statistics::{coverage_p, kolmogorov_p, sidak, squares_p};
+use common::wrong::{Mistake, Wrong};
+use glam::DVec3;
+use rayon::prelude::*;
+use whitefurnace::bxdf::{Bxdf, Coupling, DiffuseSpecular, Microfacet, Model, Sampling, cosine_hemisphere};
+use whitefurnace::fresnel::Fresnel;
+use whitefurnace::integrate::deterministic::{Quantity, quadrature};
+use whitefurnace::integrate::monte_carlo::{CONFIDENCE, Outgoing, Samples, estimate, outgoing};
+use whitefurnace::integrate::{Effort, Estimate, Estimator, IntegrateError, Integrator, Target, coupled_bxdf};
+use whitefurnace::masking::Masking;
+use whitefurnace::numerics::moments::Moments;
+use whitefurnace::numerics::stream::{Stream, StreamId};
+use whitefurnace::spectrum::Spectrum;
+
+const SAMPLINGS: [Sampling; 5] = [
+    Sampling::Uniform,
+    Sampling::Cosine,
+    Sampling::Normals,
+    Sampling::Visible,
+    Sampling::Bxdf,
+];
+
+fn stream(seed: u64, cell: u64) -> Stream {
+    Stream::new(StreamId { seed, cell, batch: 0 })
+}
+
+/// rho_hd to 1e-9, far below what any sample resolves.
+fn rho(lobe: &Microfacet, mu: f64) -> f64 {
+    quadrature(&Model::Microfacet(*lobe), Quantity::RhoHd(mu), 1e-9)
+        .unwrap()
+        .value
+        .x
+}
+
+/// Lobes wide enough that every sampling hits them.
+fn wide_lobes() -> Vec<Microfacet> {
+    vec![
+        grooves(vmf(0.0), methanol()),
+        grooves(vmf(17.0), methanol()),
+        grooves(beckmann(0.3), aluminium()),
+        grooves(beckmann(2.0), Fresnel::None),
+        grooves(phong(20.0), dielectric(1.0 / 1.5)),
+        Microfacet::new(Spectrum::grey(0.5), phong(10.0), Masking::None, aluminium()).unwrap(),
+    ]
+}
+
+const SAMPLES: u64 = 1 << 14;
+
+/// Standard error of a mean of [`SAMPLES`], from half a million samples of its own.
+///
+/// The stated error is wider, by what may not have been seen; it is tested by its coverage.
+fn standard_error(bxdf: &dyn Bxdf, sampling: Sampling, outgoing: Outgoing, seed: u64) -> DVec3 {
+    let batches: Vec<Moments> = (0..32)
+        .into_par_iter()
+        .map(|cell| {
+            let mut moments = Moments::default();
+            let mut random = stream(seed, 1_000_000 + cell);
+            for _ in 0..1 << 14 {
+                let wo = match outgoing {
+                    Outgoing::Fixed(wo) => wo,
+                    Outgoing::Cosine => cosine_hemisphere([random.uniform(), random.uniform()]),
+                };
+                moments.push(bxdf.sample(sampling, wo, random.uniform3()).weight);
+            }
+            moments
+        })
+        .collect();
+    let all = batches.into_iter().fold(Moments::default(), Moments::merge);
+    (all.variance() / SAMPLES as f64).powf(0.5)
+}
+
+/// (value - reference)/(standard error) of independent cells.
+fn z_scores(bxdf: &dyn Bxdf, sampling: Sampling, mu: f64, truth: f64, cells: u64, seed: u64) -> Vec<f64> {
+    // f depends on the difference of azimuths alone
+    let error = standard_error(bxdf, sampling, outgoing(mu, 0.0), seed).x;
+    (0..cells)
+        .into_par_iter()
+        .map(|cell| {
+            let wo = outgoing(mu, 0.1 * cell as f64);
+            let found = estimate(bxdf, sampling, wo, Samples::Fixed(SAMPLES), seed, cell).unwrap();
+            (found.value.x - truth) / error
+        })
+        .collect()
+}
+
+/// Smallest probability of the two tests of z being standard normal.
+fn normality(z: &[f64]) -> f64 {
+    2.0 * squares_p(z).min(kolmogorov_p(z)) // either may fail
+}
+
+/// Differences from quadrature are standard normal in units of the stated error.
+#[test]
+fn every_estimator_agrees_with_quadrature() {
+    let level = sidak(SAMPLINGS.len());
+    for (index, sampling) in SAMPLINGS.into_iter().enumerate() {
+        let mut z = Vec::new();
+        for (material, lobe) in wide_lobes().iter().enumerate() {
+            for (direction, mu) in [0.3, 0.7, 0.95].into_iter().enumerate() {
+                let seed = (100 * index + 10 * material + direction) as u64;
+                z.extend(z_scores(lobe, sampling, mu, rho(lobe, mu), 16, seed));
+            }
+        }
+        let p = normality(&z);
+        println!("{sampling:?}: {} cells, p = {p:.3}", z.len());
+        assert!(p > level, "{sampling:?}: p = {p:e}");
+    }
+}
+
+/// The same test rejects models that are wrong, and passes the right one that they are made of.
+#[test]
+fn wrong_models_are_rejected() {
+    let lobe = grooves(vmf(17.0), methanol());
+    let other = grooves(vmf(20.0), methanol());
+    let mu = 0.3;
+    let truth = rho(&lobe, mu);
+    let level = sidak(5);
+    for (mistake, passes) in [
+        (Mistake::Nothing, true),
+        (Mistake::Jacobian, false),
+        (Mistake::Gain, false),
+        (Mistake::AbsoluteMasking, false),
+        (Mistake::Density(other), false),
+    ] {
+        let wrong = Wrong { lobe, mistake };
+        let z = z_scores(&wrong, Sampling::Normals, mu, truth, 100, 7);
+        let p = normality(&z);
+        println!("{mistake:?}: p = {p:e}");
+        assert_eq!(p > level, passes, "{mistake:?}: p = {p:e}");
+    }
+}
+
+/// Cells whose intervals are counted.
+struct Coverage {
+    stated: u64,
+    covered: u64,
+    refused: u64,
+}
+
+fn coverage(estimates: impl ParallelIterator<Item = (Result<Estimate, IntegrateError>, f64)>) -> Coverage {
+    estimates
+        .map(|(estimate, truth)| match estimate {
+            Ok(found) => Coverage {
+                stated: 1,
+                covered: u64::from((found.value.x - truth).abs() <= found.error.x + 1e-9), // of the reference
+                refused: 0,
+            },
+            Err(IntegrateError::TooFewHits { .. } | IntegrateError::TooManySamples { .. }) => Coverage {
+                stated: 0,
+                covered: 0,
+                refused: 1,
+            },
+            Err(error) => panic!("{error}"),
+        })
+        .reduce(
+            || Coverage {
+                stated: 0,
+                covered: 0,
+                refused: 0,
+            },
+            |a, b| Coverage {
+                stated: a.stated + b.stated,
+                covered: a.covered + b.covered,
+                refused: a.refused + b.refused,
+            },
+        )
+}
+
+/// Wide lobes, and narrow ones that uniform directions hardly ever hit, down to the horizon.
+fn all_lobes() -> Vec<Microfacet> {
+    let mut lobes = wide_lobes();
+    lobes.extend([
+        grooves(vmf(200.0), methanol()),
+        grooves(phong(1000.0), Fresnel::None),
+        grooves(vmf(5000.0), aluminium()),
+        grooves(beckmann(1e-3), methanol()),
+    ]);
+    lobes
+}
+
+/// Stated 99 % intervals cover 99 %, or no interval is stated: for any number of samples, and any narrowness.
+#[test]
+fn stated_intervals_cover() {
+    let cells: Vec<(Microfacet, f64, f64)> = all_lobes()
+        .into_iter()
+        .flat_map(|lobe| [0.01, 0.1, 0.5, 0.9].map(|mu| (lobe, mu, rho(&lobe, mu))))
+        .collect();
+    let counts = [150, 1000, 6000];
+    let level = sidak(2 * SAMPLINGS.len());
+    for (index, sampling) in SAMPLINGS.into_iter().enumerate() {
+        let mut all = (0, 0);
+        for samples in counts {
+            let found = coverage((0..cells.len() * 30).into_par_iter().map(|cell| {
+                let (lobe, mu, truth) = &cells[cell % cells.len()];
+                let wo = outgoing(*mu, 0.2);
+                let seed = 1000 + 10 * index as u64;
+                let found = estimate(lobe, sampling, wo, Samples::Fixed(samples), seed + samples, cell as u64);
+                (found, *truth)
+            }));
+            println!(
+                "{sampling:?}, {samples} samples: {} of {} covered, {} refused",
+                found.covered, found.stated, found.refused
+            );
+            all = (all.0 + found.covered, all.1 + found.stated);
+        }
+        let p = coverage_p(all.0, all.1, CONFIDENCE);
+        println!("{sampling:?}: {:.2} %, p = {p:.3}", 100.0 * all.0 as f64 / all.1 as f64);
+        assert!(p > level, "{sampling:?}: {} of {} covered, p = {p:e}", all.0, all.1);
+        // the number of samples follows from what was drawn: looking must not pay
+        let found = coverage((0..cells.len() * 6).into_par_iter().map(|cell| {
+            let (lobe, mu, truth) = &cells[cell % cells.len()];
+            let samples = Samples::UpTo {
+                tolerance: 0.03 * truth,
+                limit: 100_000,
+            };
+            let seed = 2000 + index as u64;
+            (
+                estimate(lobe, sampling, outgoing(*mu, 0.2), samples, seed, cell as u64),
+                *truth,
+            )
+        }));
+        let p = coverage_p(found.covered, found.stated, CONFIDENCE);
+        println!(
+            "{sampling:?} up to 3 %: {} of {} covered, {} refused, p = {p:.3}",
+            found.covered, found.stated, found.refused
+        );
+        assert!(
+            p > level,
+            "{sampling:?} up to 3 %: {} of {}",
+            found.covered,
+            found.stated
+        );
+    }
+}
+
+/// A narrow lobe over a diffuse base: every sample contributes and hardly any sees the lobe, which holds half the energy.
+#[test]
+fn a_lobe_that_no_sample_hits_is_within_the_interval() {
+    let lobe = grooves(vmf(1e5), Fresnel::None);
+    let (ks, kd) = (Spectrum::grey(0.5), Spectrum::grey(0.5));
+    let coupled = DiffuseSpecular::new(Model::Microfacet(lobe), ks, kd, Coupling::Mikkelsen).unwrap();
+    let bxdf = coupled_bxdf(&coupled, lobe).unwrap();
+    let model = Model::DiffuseSpecular(Box::new(coupled));
+    for mu in [0.1, 0.5, 0.9] {
+        let truth = quadrature(&model, Quantity::RhoHd(mu), 1e-8).unwrap().value.x;
+        for sampling in [Sampling::Uniform, Sampling::Cosine] {
+            let found = coverage((0..300).into_par_iter().map(|cell| {
+                let found = estimate(&bxdf, sampling, outgoing(mu, 0.0), Samples::Fixed(2000), 80, cell);
+                (found, truth)
+            }));
+            assert!(found.stated > 0, "{sampling:?} {mu}");
+            let p = coverage_p(found.covered, found.stated, CONFIDENCE);
+            assert!(p > sidak(6), "{sampling:?} {mu}: {} of {}", found.covered, found.stated);
+        }
+    }
+}
+
+/// Importance sampling never refuses what it is made for.
+#[test]
+fn half_vectors_reach_every_lobe() {
+    for lobe in all_lobes() {
+        for mu in [1e-5, 0.01, 0.5, 1.0] {
+            for sampling in [Sampling::Normals, Sampling::Visible, Sampling::Bxdf] {
+                if lobe.masking == Masking::None && mu < 0.1 {
+                    continue; // unmasked weights grow without bound towards the horizon
+                }
+                let found = estimate(&lobe, sampling, outgoing(mu, 0.0), Samples::Fixed(4000), 3, 0);
+                assert!(found.is_ok(), "{lobe:?} {mu} {sampling:?}: {found:?}");
+            }
+        }
+    }
+}
+
+/// rho_hh by drawing both directions agrees with the deterministic route.
+#[test]
+fn hemispherical_albedo_agrees_with_quadrature() {
+    let level = sidak(3);
+    for (index, sampling) in [Sampling::Normals, Sampling::Visible, Sampling::Bxdf]
+        .into_iter()
+        .enumerate()
+    {
+        let mut z = Vec::new();
+        for (material, lobe) in wide_lobes()
+            .into_iter()
+            .filter(|l| l.masking == Masking::VGroove)
+            .enumerate()
+        {
+            let truth = quadrature(&Model::Microfacet(lobe), Quantity::RhoHh, 1e-9)
+                .unwrap()
+                .value
+                .x;
+            let seed = (300 + 10 * index + material) as u64;
+            let error = standard_error(&lobe, sampling, Outgoing::Cosine, seed).x;
+            let scores = (0..24).into_par_iter().map(|cell| {
+                let found = estimate(&lobe, sampling, Outgoing::Cosine, Samples::Fixed(SAMPLES), seed, cell).unwrap();
+                (found.value.x - truth) / error
+            });
+            z.extend(scores.collect::<Vec<_>>());
+        }
+        let p = normality(&z);
+        assert!(p > level, "{sampling:?}: p = {p:e}");
+    }
+}
+
+/// The coupled model is sampled as what quadrature integrates, for both couplings and every sampling, by way of the
+/// command line's integrator.
+#[test]
+fn couplings_agree_with_quadrature() {
+    let tests = 2 * SAMPLINGS.len();
+    let level = sidak(tests);
+    for (variant, coupling) in [Coupling::Mikkelsen, Coupling::EnergyPreserving]
+        .into_iter()
+        .enumerate()
+    {
+        let lobe = grooves(vmf(17.0), methanol());
+        let (ks, kd) = (Spectrum::grey(0.9), Spectrum::rgb([0.7, 0.2, 1.0]));
+        let coupled = DiffuseSpecular::new(Model::Microfacet(lobe), ks, kd, coupling).unwrap();
+        let bxdf = coupled_bxdf(&coupled, lobe).unwrap();
+        let model = Model::DiffuseSpecular(Box::new(coupled));
+        for (index, sampling) in SAMPLINGS.into_iter().enumerate() {
+            let effort = Effort {
+                tolerance: 1e-3,
+                samples: Some(SAMPLES),
+                seed: (400 + 10 * variant + index) as u64,
+            };
+            let integrator = Integrator::new(&model, Estimator::MonteCarlo(sampling), effort).unwrap();
+            let mut z = Vec::new();
+            for mu in [0.2, 0.6, 1.0] {
+                let truth = quadrature(&model, Quantity::RhoHd(mu), 1e-8).unwrap().value;
+                let error = standard_error(&bxdf, sampling, outgoing(mu, 0.3), effort.seed).y;
+                let scores = (0..40).into_par_iter().map(|cell| {
+                    let found = integrator.estimate(Target::RhoHd { mu, phi: 0.3 }, cell).unwrap();
+                    // one channel: the three share their samples
+                    (found.value.y - truth.y) / error
+                });
+                z.extend(scores.collect::<Vec<_>>());
+            }
+            let p = normality(&z);
+            assert!(p > level, "{coupling:?} {sampling:?}: p = {p:e}");
+        }
+    }
+}
+
+/// The same bits on any number of threads, and every time.
+#[test]
+fn threads_do_not_change_a_bit() {
+    let lobe = grooves(vmf(17.0), methanol());
+    let coupled = DiffuseSpecular::new(
+        Model::Microfacet(lobe),
+        Spectrum::grey(1.0),
+        Spectrum::grey(0.5),
+        Coupling::Mikkelsen,
+    )
+    .unwrap();
+    let coupled = coupled_bxdf(&coupled, lobe).unwrap();
+    let models: [&dyn Bxdf; 2] = [&lobe, &coupled];
+    for sampling in SAMPLINGS {
+        for samples in [
+            Samples::Fixed(100_001),
+            Samples::UpTo {
+                tolerance: 2e-2,
+                limit: 10_000_000,
+            },
+        ] {
+            for outgoing in [outgoing(0.4, 1.0), Outgoing::Cosine] {
+                for bxdf in models {
+                    let run = || estimate(bxdf, sampling, outgoing, samples, 5, 6).unwrap();
+                    let bits = |e: Estimate| {
+                        let values = e.value.to_array().into_iter().chain(e.error.to_array());
+                        (values.map(f64::to_bits).collect::<Vec<_>>(), e.evaluations)
+                    };
+                    let on = |threads: usize| {
+                        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                        bits(pool.install(run))
+                    };
+                    let first = on(1);
+                    assert_eq!(first, on(2), "{sampling:?} {samples:?}");
+                    assert_eq!(first, on(8), "{sampling:?} {samples:?}");
+                    assert_eq!(first, bits(run()), "{sampling:?} {samples:?}");
+                }
+            }
+        }
+    }
+}
