@@ -8,7 +8,7 @@ use whitefurnace::distribution::Family;
 use whitefurnace::estimate::{Effort, Estimator};
 use whitefurnace::export::exr;
 use whitefurnace::fresnel::Fresnel;
-use whitefurnace::integrate::deterministic::{Quantity, quadrature};
+use whitefurnace::integrate::deterministic::{Integrand, quadrature};
 use whitefurnace::integrate::fill;
 use whitefurnace::integrate::monte_carlo::{Samples, estimate, outgoing};
 use whitefurnace::masking::Masking;
@@ -37,7 +37,7 @@ fn cells(criterion: &mut Criterion) {
         for kappa in [17.0, 1e5] {
             let model = Model::Microfacet(lobe(kappa, fresnel));
             for (mu, tolerance) in [(0.5, 1e-6), (0.5, 1e-10), (1e-5, 1e-6)] {
-                let cell = || quadrature(&model, Quantity::RhoHd(mu), tolerance).unwrap();
+                let cell = || quadrature(&model, Integrand::RhoHd(mu), tolerance).unwrap();
                 let evaluations = cell().evaluations;
                 let id = format!("{name}, kappa {kappa}, mu {mu}, {tolerance:e}, {evaluations} evaluations");
                 group.bench_function(id, |bencher| bencher.iter(|| black_box(cell())));
@@ -53,7 +53,7 @@ fn means(criterion: &mut Criterion) {
     for (name, fresnel) in fresnels() {
         let model = Model::Microfacet(lobe(17.0, fresnel));
         group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
-            bencher.iter(|| black_box(quadrature(&model, Quantity::RhoHh, 1e-6).unwrap()));
+            bencher.iter(|| black_box(quadrature(&model, Integrand::RhoHh, 1e-6).unwrap()));
         });
     }
     group.finish();

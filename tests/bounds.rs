@@ -6,7 +6,7 @@ use whitefurnace::bxdf::{Bxdf, Coupling, DiffuseSpecular, Lambertian, Microfacet
 use whitefurnace::distribution::{Distribution, Family};
 use whitefurnace::estimate::{Effort, Estimate, Estimator};
 use whitefurnace::fresnel::Fresnel;
-use whitefurnace::integrate::deterministic::{Quantity, quadrature};
+use whitefurnace::integrate::deterministic::{Integrand, quadrature};
 use whitefurnace::integrate::monte_carlo::{Samples, estimate, outgoing};
 use whitefurnace::integrate::{Integrator, Target, coupled_bxdf};
 use whitefurnace::masking::Masking;
@@ -54,8 +54,8 @@ fn stated_bounds_hold_for_random_lobes() {
             };
             let tolerance = 10f64.powf(-1.0 - 9.0 * random.uniform());
             let quantity = match random.uniform() {
-                u if u < 0.1 => Quantity::RhoHh,
-                _ => Quantity::RhoHd(mu),
+                u if u < 0.1 => Integrand::RhoHh,
+                _ => Integrand::RhoHd(mu),
             };
             let found = quadrature(&model, quantity, tolerance).unwrap();
             let better = quadrature(&model, quantity, (1e-4 * tolerance).max(1e-13)).unwrap();

@@ -11,7 +11,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use whitefurnace::bxdf::{Bxdf, Coupling, DiffuseSpecular, Microfacet, Model, Sampling, cosine_hemisphere};
 use whitefurnace::fresnel::Fresnel;
-use whitefurnace::integrate::deterministic::{Quantity, quadrature};
+use whitefurnace::integrate::deterministic::{Integrand, quadrature};
 use whitefurnace::integrate::monte_carlo::{CONFIDENCE, Outgoing, Samples, estimate, outgoing};
 use whitefurnace::integrate::{Effort, Estimate, Estimator, IntegrateError, Integrator, Target, coupled_bxdf};
 use whitefurnace::masking::Masking;
@@ -33,7 +33,7 @@ fn stream(seed: u64, cell: u64) -> Stream {
 
 /// rho_hd to 1e-9, far below what any sample resolves.
 fn rho(lobe: &Microfacet, mu: f64) -> f64 {
-    quadrature(&Model::Microfacet(*lobe), Quantity::RhoHd(mu), 1e-9)
+    quadrature(&Model::Microfacet(*lobe), Integrand::RhoHd(mu), 1e-9)
         .unwrap()
         .value
         .x
@@ -248,7 +248,7 @@ fn a_lobe_that_no_sample_hits_is_within_the_interval() {
     let bxdf = coupled_bxdf(&coupled, lobe).unwrap();
     let model = Model::DiffuseSpecular(Box::new(coupled));
     for mu in [0.1, 0.5, 0.9] {
-        let truth = quadrature(&model, Quantity::RhoHd(mu), 1e-8).unwrap().value.x;
+        let truth = quadrature(&model, Integrand::RhoHd(mu), 1e-8).unwrap().value.x;
         for sampling in [Sampling::Uniform, Sampling::Cosine] {
             let found = coverage((0..300).into_par_iter().map(|cell| {
                 let found = estimate(&bxdf, sampling, outgoing(mu, 0.0), Samples::Fixed(2000), 80, cell);
@@ -291,7 +291,7 @@ fn hemispherical_albedo_agrees_with_quadrature() {
             .filter(|l| l.masking == Masking::VGroove)
             .enumerate()
         {
-            let truth = quadrature(&Model::Microfacet(lobe), Quantity::RhoHh, 1e-9)
+            let truth = quadrature(&Model::Microfacet(lobe), Integrand::RhoHh, 1e-9)
                 .unwrap()
                 .value
                 .x;
@@ -332,7 +332,7 @@ fn couplings_agree_with_quadrature() {
             let integrator = Integrator::new(&model, Estimator::MonteCarlo(sampling), effort).unwrap();
             let mut z = Vec::new();
             for mu in [0.2, 0.6, 1.0] {
-                let truth = quadrature(&model, Quantity::RhoHd(mu), 1e-8).unwrap().value;
+                let truth = quadrature(&model, Integrand::RhoHd(mu), 1e-8).unwrap().value;
                 let error = standard_error(&bxdf, sampling, outgoing(mu, 0.3), effort.seed).y;
                 let scores = (0..40).into_par_iter().map(|cell| {
                     let found = integrator.estimate(Target::RhoHd { mu, phi: 0.3 }, cell).unwrap();

@@ -7,7 +7,7 @@ use whitefurnace::bxdf::{Coupling, DiffuseSpecular, Model};
 use whitefurnace::estimate::{Effort, Estimate, Estimator};
 use whitefurnace::export::read::{Contents, read_exr};
 use whitefurnace::export::{exr, write};
-use whitefurnace::integrate::deterministic::{Quantity as Integrand, quadrature};
+use whitefurnace::integrate::deterministic::{Integrand, quadrature};
 use whitefurnace::integrate::fill;
 use whitefurnace::numerics::stream::{Stream, StreamId};
 use whitefurnace::plan::{Plan, Request, TablePlan};

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 /// The integral that is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Quantity {
+pub enum Integrand {
     /// rho_hd at cos theta_o.
     RhoHd(f64),
     /// rho_hh.
@@ -33,16 +33,16 @@ pub fn closed_form(model: &Model) -> Option<Estimate> {
 ///
 /// # Errors
 /// [`IntegrateError::NotConverged`], or [`IntegrateError::Diverges`] where the integral has no finite value.
-pub fn quadrature(model: &Model, quantity: Quantity, tolerance: f64) -> Result<Estimate, IntegrateError> {
+pub fn quadrature(model: &Model, integrand: Integrand, tolerance: f64) -> Result<Estimate, IntegrateError> {
     match model {
         Model::Lambertian(lambertian) => Ok(constant(lambertian)),
-        Model::Microfacet(microfacet) => Ok(bound(match quantity {
-            Quantity::RhoHd(mu) => microfacet_hd::rho_hd(microfacet, mu, tolerance)?,
-            Quantity::RhoHh => microfacet_hh::rho_hh(microfacet, tolerance)?,
+        Model::Microfacet(microfacet) => Ok(bound(match integrand {
+            Integrand::RhoHd(mu) => microfacet_hd::rho_hd(microfacet, mu, tolerance)?,
+            Integrand::RhoHh => microfacet_hh::rho_hh(microfacet, tolerance)?,
         })),
         Model::DiffuseSpecular(coupled) => {
             let unspent = unspent(coupled, 0.1 * tolerance)?;
-            let estimate = coupled_albedo(coupled, quantity, tolerance, &unspent)?;
+            let estimate = coupled_albedo(coupled, integrand, tolerance, &unspent)?;
             Ok(Estimate {
                 evaluations: estimate.evaluations + unspent.evaluations,
                 ..estimate
@@ -72,7 +72,7 @@ pub fn unspent(coupled: &DiffuseSpecular, tolerance: f64) -> Result<Estimate, In
             ..bound(lost)
         });
     }
-    let rho = quadrature(coupled.specular(), Quantity::RhoHh, tolerance)?;
+    let rho = quadrature(coupled.specular(), Integrand::RhoHh, tolerance)?;
     Ok(Estimate {
         value: DVec3::ONE - ks * rho.value,
         error: ks * rho.error,
@@ -86,33 +86,33 @@ pub fn unspent(coupled: &DiffuseSpecular, tolerance: f64) -> Result<Estimate, In
 /// As [`quadrature`].
 pub fn quadrature_with(
     model: &Model,
-    quantity: Quantity,
+    integrand: Integrand,
     tolerance: f64,
     unspent: &Estimate,
 ) -> Result<Estimate, IntegrateError> {
     match model {
-        Model::DiffuseSpecular(coupled) => coupled_albedo(coupled, quantity, tolerance, unspent),
-        other => quadrature(other, quantity, tolerance),
+        Model::DiffuseSpecular(coupled) => coupled_albedo(coupled, integrand, tolerance, unspent),
+        other => quadrature(other, integrand, tolerance),
     }
 }
 
 /// The albedo of eq. 28 from those of its specular lobe, which takes nine tenths of the tolerance.
 fn coupled_albedo(
     coupled: &DiffuseSpecular,
-    quantity: Quantity,
+    integrand: Integrand,
     tolerance: f64,
     unspent: &Estimate,
 ) -> Result<Estimate, IntegrateError> {
-    match quantity {
-        Quantity::RhoHd(_) => {
-            let rho = quadrature(coupled.specular(), quantity, 0.9 * tolerance)?;
+    match integrand {
+        Integrand::RhoHd(_) => {
+            let rho = quadrature(coupled.specular(), integrand, 0.9 * tolerance)?;
             Ok(Estimate {
                 value: coupled.total_albedo(rho.value, unspent.value),
                 error: coupled.total_albedo_error(rho.value, rho.error, unspent.value, unspent.error),
                 ..rho
             })
         }
-        Quantity::RhoHh => Ok(Estimate {
+        Integrand::RhoHh => Ok(Estimate {
             value: coupled.total_mean_albedo(unspent.value),
             evaluations: 0,
             // the slope in 1 - ks rho_bar is between -1 and 1

@@ -1,6 +1,6 @@
 //! The choice of an estimator for a model, and its run.
 
-use super::deterministic::{Quantity, closed_form, covers, quadrature, quadrature_with, unspent};
+use super::deterministic::{Integrand, closed_form, covers, quadrature, quadrature_with, unspent};
 use super::monte_carlo::{self, Outgoing, Samples, outgoing};
 use super::{Effort, Estimate, Estimator, IntegrateError, coupled_bxdf};
 use crate::bxdf::{Bxdf, CoupledBxdf, Model, Sampling};
@@ -23,10 +23,10 @@ pub enum Target {
 }
 
 impl Target {
-    fn quantity(self) -> Quantity {
+    fn integrand(self) -> Integrand {
         match self {
-            Self::RhoHd { mu, .. } => Quantity::RhoHd(mu),
-            Self::RhoHh => Quantity::RhoHh,
+            Self::RhoHd { mu, .. } => Integrand::RhoHd(mu),
+            Self::RhoHh => Integrand::RhoHh,
         }
     }
 }
@@ -126,11 +126,11 @@ impl<'a> Integrator<'a> {
             }
             (Estimator::ClosedForm, _) => match closed_form(self.model) {
                 Some(estimate) => Ok(estimate),
-                None => quadrature(self.model, target.quantity(), tolerance),
+                None => quadrature(self.model, target.integrand(), tolerance),
             },
             _ => match &self.unspent {
-                Some(unspent) => quadrature_with(self.model, target.quantity(), tolerance, unspent),
-                None => quadrature(self.model, target.quantity(), tolerance),
+                Some(unspent) => quadrature_with(self.model, target.integrand(), tolerance, unspent),
+                None => quadrature(self.model, target.integrand(), tolerance),
             },
         }
     }
