@@ -697,3 +697,48 @@ fn a_reader_that_goes_away_is_no_error() {
     let output = child.wait_with_output().unwrap();
     assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
 }
+
+/// Output that does not arrive is a failure; build systems go by the exit code.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_device_is_an_error() {
+    let directory = tempfile::tempdir().unwrap();
+    for arguments in [
+        &["rho", "--json", "--mu", "0.5"][..],
+        &["plan"],
+        &["bake", "--resolution", "4"],
+    ] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_furnace"))
+            .current_dir(directory.path())
+            .args(arguments)
+            .stdout(full)
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(
+            text(&output.stderr).contains("cannot write to standard output"),
+            "{arguments:?}"
+        );
+    }
+}
+
+/// The coupling of the paper is the default.
+#[test]
+fn coupling_defaults_to_the_printed_equation() {
+    let directory = tempfile::tempdir().unwrap();
+    let scene = |coupling: &str| {
+        format!(
+            "[[material]]\nname = \"m\"\n[material.bxdf]\ntype = \"diffuse-specular\"\n{coupling}ks = 1\nkd = 0.5\n\
+             specular = {{ type = \"microfacet\", distribution = {{ type = \"vmf\", kappa = 17 }}, masking = \"v-groove\", \
+             fresnel = {{ type = \"dielectric\", eta = 1.5 }} }}\n"
+        )
+    };
+    let value = |name: &str, coupling: &str| {
+        write_scene(directory.path(), name, &scene(coupling));
+        good_json(directory.path(), &["rho", name, "--json", "--mu", "0.5"])["results"][0]["value"].clone()
+    };
+    let default = value("default.toml", "");
+    assert_eq!(default, value("printed.toml", "coupling = \"mikkelsen\"\n"));
+    assert_ne!(default, value("other.toml", "coupling = \"energy-preserving\"\n"));
+}

@@ -3,7 +3,8 @@
 use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::io::{IsTerminal, Write, stderr, stdout};
+use std::io::{ErrorKind, IsTerminal, Write, stderr, stdout};
+use std::process::exit;
 use std::time::Duration;
 
 /// A table without borders; columns named in `right` are aligned to the right.
@@ -25,11 +26,18 @@ pub(super) fn table(header: &[&str], right: &[&str], rows: Vec<Vec<String>>) -> 
     table
 }
 
-/// Prints lines to standard output; a reader that goes away is no error of ours.
+/// Prints lines to standard output.
+///
+/// A reader that goes away is no error of ours. Any other failure ends the program with exit code 2: output that is not
+/// there must not look like success.
 pub(super) fn say(text: impl AsRef<str>) {
     let mut out = stdout().lock();
     for line in text.as_ref().lines() {
-        if writeln!(out, "{}", line.trim_end()).is_err() {
+        if let Err(error) = writeln!(out, "{}", line.trim_end()) {
+            if error.kind() != ErrorKind::BrokenPipe {
+                eprintln!("error: cannot write to standard output: {error}");
+                exit(2);
+            }
             return;
         }
     }

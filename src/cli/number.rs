@@ -15,7 +15,11 @@ const ROUGHNESS: Legal = Legal::new("roughness", 0.0, 1e12);
 
 fn number(text: &str, legal: Legal) -> Result<f64, String> {
     let value: f64 = text.trim().parse().map_err(|_| format!("`{text}` is not a number"))?;
-    legal.check(value).map_err(|error| error.to_string())
+    // + 0 makes 0 of -0
+    legal
+        .check(value)
+        .map(|value| value + 0.0)
+        .map_err(|error| error.to_string())
 }
 
 pub(super) fn tolerance(text: &str) -> Result<f64, String> {

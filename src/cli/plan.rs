@@ -46,7 +46,10 @@ impl PlanCommand {
 /// Integrates at a few directions in the middle of the roughness range and scales up.
 fn cost(table: &TablePlan) -> Result<Cost, Failure> {
     let mut axes = table.alternatives.iter().flatten();
-    let middle = axes.find(|axis| axis.parameter != "mu").map(|axis| axis.value(0.5));
+    let roughness = axes.find(|axis| axis.parameter != "mu");
+    let middle = roughness.map(|axis| axis.value(0.5));
+    // what directions share is computed anew for each roughness
+    let shared = roughness.map_or(1, |axis| axis.size) as f64;
     let model = table.model.at(middle)?;
     let failed = |error| format!("table {}: {error}", table.id);
     let integrator = Integrator::new(&model, table.estimator, table.effort).map_err(failed)?;
@@ -66,14 +69,15 @@ fn cost(table: &TablePlan) -> Result<Cost, Failure> {
     let each = 1.0 / targets.len() as f64;
     Ok(Cost {
         estimator: integrator.estimator().name(),
-        evaluations: evaluations as f64 * each * table.texels() as f64 + integrator.shared_evaluations() as f64,
+        evaluations: evaluations as f64 * each * table.texels() as f64
+            + shared * integrator.shared_evaluations() as f64,
         seconds: times[times.len() / 2] * work(table) as f64,
     })
 }
 
 fn report(plan: &Plan, costs: &[Cost], threads: usize) {
     format::say(format!(
-        "{}: {} tables for {} materials\n\n",
+        "{}: {} tables, {} materials\n\n",
         plan.scene,
         plan.tables.len(),
         plan.materials.len()

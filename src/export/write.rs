@@ -47,7 +47,7 @@ fn temporary_in(directory: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(directory)
 }
 
-/// Makes the directory `path` and those above it; it may exist already.
+/// Makes the directory `path` and those above it, and tries that files can be made in it; it may exist already.
 ///
 /// # Errors
 /// [`ExportError::NotADirectory`] when a file is in the way, [`ExportError::Io`] for every other reason.
@@ -62,7 +62,9 @@ pub fn create_dir(path: &Path) -> Result<(), ExportError> {
             },
             None => ExportError::io("create directory", path)(source),
         }
-    })
+    })?;
+    tempfile::tempfile_in(path).map_err(ExportError::io("write into", path))?;
+    Ok(())
 }
 
 #[cfg(test)]

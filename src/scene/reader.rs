@@ -6,7 +6,7 @@ use super::table::{Entry, Rule, Table};
 use super::text::Text;
 use super::vocabulary::{BXDFS, BxdfType, COUPLINGS, DISTRIBUTIONS, FRESNELS, FresnelType, MASKINGS};
 use super::{Material, Scene};
-use crate::bxdf::Lambertian;
+use crate::bxdf::{Coupling, Lambertian};
 use crate::fresnel::Fresnel;
 use crate::parameter::{ETA, EXTINCTION, KD, KS, Legal, ParameterError, R0, REFLECTANCE};
 use crate::spectrum::Spectrum;
@@ -135,7 +135,11 @@ fn microfacet(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
 fn diffuse_specular(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     table.only("diffuse-specular", &["type", "coupling", "ks", "kd", "specular"])?;
     Ok(ModelSpec::DiffuseSpecular {
-        coupling: table.required("coupling", &COUPLINGS)?.choice(&COUPLINGS)?,
+        coupling: match table.optional("coupling") {
+            Some(coupling) => coupling.choice(&COUPLINGS)?,
+            // the paper's own
+            None => Coupling::Mikkelsen,
+        },
         ks: required_spectrum(table, KS)?,
         kd: required_spectrum(table, KD)?,
         specular: Box::new(bxdf(table.required("specular", &Place::Specular)?, Place::Specular)?),
