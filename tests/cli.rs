@@ -742,3 +742,28 @@ fn coupling_defaults_to_the_printed_equation() {
     assert_eq!(default, value("printed.toml", "coupling = \"mikkelsen\"\n"));
     assert_ne!(default, value("other.toml", "coupling = \"energy-preserving\"\n"));
 }
+
+/// A changed header and a table of another bake are noticed through the manifest.
+#[test]
+fn inspect_and_bake_compare_with_the_manifest() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let scene = "[[material]]\nname = \"grey\"\nbxdf = { type = \"lambertian\", reflectance = 0.25 }\n";
+    write_scene(here, "one.toml", scene);
+    write_scene(here, "two.toml", &scene.replace("grey", "other"));
+    good(here, &["bake", "one.toml", "--out", "tables"]);
+    assert!(good(here, &["inspect", "tables/grey.rho_hd.exr"]).contains("as in the manifest"));
+    let path = here.join("tables/grey.rho_hd.exr");
+    let bytes = fs::read(&path).unwrap();
+    let at = bytes.windows(4).position(|window| window == b"0.25").unwrap();
+    let mut changed = bytes.clone();
+    changed[at + 3] = b'6';
+    fs::write(&path, changed).unwrap();
+    assert!(good(here, &["inspect", "tables/grey.rho_hd.exr"]).contains("finding: the manifest"));
+    let report = good(here, &["bake", "two.toml", "--out", "tables"]);
+    assert!(
+        report.contains("did not write: grey.rho_hd.exr, grey.rho_hh.exr"),
+        "{report}"
+    );
+    assert!(good(here, &["inspect", "tables/grey.rho_hd.exr"]).contains("does not list this file"));
+}

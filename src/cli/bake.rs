@@ -3,6 +3,7 @@
 use super::{Common, Failure, Shape, format};
 use clap::Args;
 use serde_json::json;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use whitefurnace::export::manifest::{self, Manifest, TableEntry};
@@ -55,7 +56,7 @@ impl Bake {
         write::create_dir(&directory)?;
         let baked = self.common.in_pool(|| compute(&plan)).inspect_err(|_| {
             // only what is still empty goes
-            missing.iter().for_each(|part| drop(std::fs::remove_dir(part)));
+            missing.iter().for_each(|part| drop(fs::remove_dir(part)));
         })?;
         let manifest = write_all(&directory, &plan, &baked, self.common.seed)?;
         let seconds = start.elapsed().as_secs_f64();
@@ -137,6 +138,14 @@ fn report(directory: &Path, plan: &Plan, baked: &[Baked], seconds: f64) {
         bytes.div_ceil(1024),
         format::seconds(seconds)
     ));
+    let others = others(directory, baked);
+    if !others.is_empty() {
+        format::say(format!(
+            "\nnote: {} also holds tables that this bake did not write: {}",
+            directory.display(),
+            others.join(", ")
+        ));
+    }
     if let Some(first) = baked.first() {
         format::say(format!(
             "\nNext:\n  furnace inspect {}",
@@ -149,6 +158,17 @@ fn report(directory: &Path, plan: &Plan, baked: &[Baked], seconds: f64) {
         ));
         format::say("  README.md, \"Reading a table in a shader\"");
     }
+}
+
+/// Tables in the directory that are of another bake.
+fn others(directory: &Path, baked: &[Baked]) -> Vec<String> {
+    let entries = fs::read_dir(directory).into_iter().flatten().flatten();
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let mut others: Vec<String> = names
+        .filter(|name| name.ends_with(".exr") && !baked.iter().any(|table| table.entry.file == *name))
+        .collect();
+    others.sort();
+    others
 }
 
 fn row(table: &Table) -> Vec<String> {

@@ -3,8 +3,9 @@
 use super::{Failure, bake::place, format};
 use clap::Args;
 use serde_json::{Value, json};
+use std::fs;
 use std::path::PathBuf;
-use whitefurnace::export::manifest::TableEntry;
+use whitefurnace::export::manifest::{self, Manifest, TableEntry};
 use whitefurnace::export::read::{Contents, ForeignChannel, ForeignLayer, TableFile, read_exr};
 use whitefurnace::table::Table;
 
@@ -25,8 +26,9 @@ impl Inspect {
             format::say(serde_json::to_string_pretty(&as_json(&file))?);
             return Ok(());
         }
+        let standing = against_manifest(&file);
         format::say(format!(
-            "{}, {} bytes, sha256 {}\n\n",
+            "{}, {} bytes, sha256 {}{standing}\n\n",
             file.path.display(),
             file.bytes,
             file.sha256
@@ -36,6 +38,25 @@ impl Inspect {
             Contents::Foreign(layers) => layers.iter().for_each(report_foreign),
         }
         Ok(())
+    }
+}
+
+/// What the manifest beside the file says of it: header text is not covered by the hash of the samples.
+fn against_manifest(file: &TableFile) -> String {
+    let beside = file.path.with_file_name(manifest::FILE_NAME);
+    let Some(manifest) = fs::read_to_string(beside)
+        .ok()
+        .and_then(|json| Manifest::from_json(&json).ok())
+    else {
+        return String::new();
+    };
+    let name = file.path.file_name().map(|name| name.to_string_lossy().into_owned());
+    match manifest.tables.iter().find(|entry| Some(&entry.file) == name.as_ref()) {
+        Some(entry) if entry.sha256 == file.sha256 => ", as in the manifest".into(),
+        Some(_) => {
+            "\nfinding: the manifest beside it has another hash: changed since the bake, or of another bake".into()
+        }
+        None => "\nnote: the manifest beside it does not list this file".into(),
     }
 }
 

@@ -162,7 +162,10 @@ mod tests {
         assert!((all_at_once(1) - 1.0).abs() < 1e-12);
         let widening = all_at_once(4096);
         // two-sided normal quantiles at 0.01 and at 1 - 0.99^(1/4096), from another library
-        assert!((widening - 4.711940335836571 / 2.575829303548901).abs() < 1e-9, "{widening}");
+        assert!(
+            (widening - 4.711940335836571 / 2.575829303548901).abs() < 1e-9,
+            "{widening}"
+        );
         let mut table = grey_2d();
         table.values.fill(DVec3::splat(0.5));
         table.errors.fill(DVec3::splat(0.01));
