@@ -204,10 +204,14 @@ fn row(table: &Table) -> Vec<String> {
 
 /// Axis values as `mu = 0.5, kappa = 17`.
 pub(super) fn place(table: &Table, at: &[f64]) -> String {
+    let value = |value: f64| match value {
+        small if small != 0.0 && small < 1e-3 => format!("{small:.2e}"),
+        value => format!("{value:.6}"),
+    };
     let places = table
         .axes
         .iter()
         .zip(at)
-        .map(|(axis, value)| format!("{} = {value:.6}", axis.parameter));
+        .map(|(axis, at)| format!("{} = {}", axis.parameter, value(*at)));
     places.collect::<Vec<_>>().join(", ")
 }

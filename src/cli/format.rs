@@ -55,7 +55,11 @@ pub(super) fn error(error: f64) -> String {
     }
     let text = format!("{error:.1e}");
     match text.parse::<f64>() {
-        Ok(shown) if shown < error => format!("{:.1e}", error * 1.05),
+        Ok(shown) if shown < error => {
+            // one more in the last digit shown
+            let digit = 10f64.powf(error.log10().floor() - 1.0);
+            format!("{:.1e}", shown + digit)
+        }
         _ => text,
     }
 }
@@ -114,6 +118,8 @@ mod tests {
                 error(value)
             );
         }
+        assert_eq!(error(4.63e-4), "4.7e-4");
+        assert_eq!(error(9.96e-3), "1.0e-2");
         assert_eq!(error(0.0), "0.0e0");
         assert_eq!(error(f64::INFINITY), "unbounded");
     }
