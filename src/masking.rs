@@ -50,14 +50,6 @@ impl Masking {
             Self::VGroove => unmasked.min(0.5 / (cos.d * cos.i.max(cos.o))),
         }
     }
-
-    /// Fraction of facets with normal h that `wo` sees, G1(o, h) = min(1, 2 (n.h)(n.o)/(o.h)) for V-grooves.
-    pub fn g1(self, cos_o: f64, cos_h: f64, cos_d: f64) -> f64 {
-        match self {
-            Self::None => 1.0,
-            Self::VGroove => (2.0 * cos_h * cos_o / cos_d).min(1.0),
-        }
-    }
 }
 
 /// A normal drawn from those that `wo` sees on V-grooves: density G1(o, h) max(0, o.h) D(h)/(n.o), with `u` in [0, 1)^3.

@@ -41,15 +41,6 @@ impl Microfacet {
         })
     }
 
-    /// The same surface as a perfect mirror: R = F = 1.
-    pub fn without_fresnel(&self) -> Self {
-        Self {
-            reflectance: Spectrum::grey(1.0),
-            fresnel: Fresnel::None,
-            ..*self
-        }
-    }
-
     /// R F(o.h).
     pub fn facet_reflectance(&self, cos_d: f64) -> DVec3 {
         self.reflectance.value() * self.fresnel.reflectance(cos_d)

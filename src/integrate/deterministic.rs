@@ -1,7 +1,7 @@
 //! Closed forms and quadrature of the models that scenes name.
 
 use super::{ErrorKind, Estimate, Estimator, IntegrateError, microfacet_hd, microfacet_hh};
-use crate::bxdf::{DiffuseSpecular, Lambertian, Microfacet, Model};
+use crate::bxdf::{DiffuseSpecular, Model};
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
 use crate::numerics::quadrature::Integral;
@@ -15,6 +15,9 @@ pub enum Integrand {
     /// rho_hh.
     RhoHh,
 }
+
+/// Share of the tolerance that goes to rho_bar of a coupling.
+pub(super) const UNSPENT_SHARE: f64 = 0.1;
 
 /// The closed form, where there is one.
 pub fn closed_form(model: &Model) -> Option<Estimate> {
@@ -35,13 +38,13 @@ pub fn closed_form(model: &Model) -> Option<Estimate> {
 /// [`IntegrateError::NotConverged`], or [`IntegrateError::Diverges`] where the integral has no finite value.
 pub fn quadrature(model: &Model, integrand: Integrand, tolerance: f64) -> Result<Estimate, IntegrateError> {
     match model {
-        Model::Lambertian(lambertian) => Ok(constant(lambertian)),
+        Model::Lambertian(lambertian) => Ok(exact(lambertian.albedo())),
         Model::Microfacet(microfacet) => Ok(bound(match integrand {
             Integrand::RhoHd(mu) => microfacet_hd::rho_hd(microfacet, mu, tolerance)?,
             Integrand::RhoHh => microfacet_hh::rho_hh(microfacet, tolerance)?,
         })),
         Model::DiffuseSpecular(coupled) => {
-            let unspent = unspent(coupled, 0.1 * tolerance)?;
+            let unspent = unspent(coupled, UNSPENT_SHARE * tolerance)?;
             let estimate = coupled_albedo(coupled, integrand, tolerance, &unspent)?;
             Ok(Estimate {
                 evaluations: estimate.evaluations + unspent.evaluations,
@@ -96,7 +99,7 @@ pub fn quadrature_with(
     }
 }
 
-/// The albedo of eq. 28 from those of its specular lobe, which takes nine tenths of the tolerance.
+/// The albedo of eq. 28 from those of its specular lobe, which takes what rho_bar leaves of the tolerance.
 fn coupled_albedo(
     coupled: &DiffuseSpecular,
     integrand: Integrand,
@@ -105,7 +108,7 @@ fn coupled_albedo(
 ) -> Result<Estimate, IntegrateError> {
     match integrand {
         Integrand::RhoHd(_) => {
-            let rho = quadrature(coupled.specular(), integrand, 0.9 * tolerance)?;
+            let rho = quadrature(coupled.specular(), integrand, (1.0 - UNSPENT_SHARE) * tolerance)?;
             Ok(Estimate {
                 value: coupled.total_albedo(rho.value, unspent.value),
                 error: coupled.total_albedo_error(rho.value, rho.error, unspent.value, unspent.error),
@@ -118,13 +121,6 @@ fn coupled_albedo(
             // the slope in 1 - ks rho_bar is between -1 and 1
             ..*unspent
         }),
-    }
-}
-
-fn constant(lambertian: &Lambertian) -> Estimate {
-    Estimate {
-        estimator: Estimator::ClosedForm,
-        ..exact(lambertian.albedo())
     }
 }
 
@@ -147,13 +143,5 @@ fn bound(integral: Integral) -> Estimate {
         kind: ErrorKind::Bound,
         estimator: Estimator::Quadrature,
         evaluations: integral.evaluations,
-    }
-}
-
-/// Whether the deterministic rules cover the model: all that scenes can name so far.
-pub fn covers(model: &Model) -> bool {
-    match model {
-        Model::Lambertian(_) | Model::Microfacet(Microfacet { .. }) => true,
-        Model::DiffuseSpecular(coupled) => covers(coupled.specular()),
     }
 }

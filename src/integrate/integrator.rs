@@ -1,6 +1,6 @@
 //! The choice of an estimator for a model, and its run.
 
-use super::deterministic::{Integrand, closed_form, covers, quadrature, quadrature_with, unspent};
+use super::deterministic::{Integrand, UNSPENT_SHARE, closed_form, quadrature, quadrature_with, unspent};
 use super::monte_carlo::{self, Outgoing, Samples, outgoing};
 use super::{Effort, Estimate, Estimator, IntegrateError, coupled_bxdf};
 use crate::bxdf::{Bxdf, CoupledBxdf, Model, Sampling};
@@ -60,8 +60,7 @@ impl<'a> Integrator<'a> {
     pub fn new(model: &'a Model, estimator: Estimator, effort: Effort) -> Result<Self, IntegrateError> {
         let estimator = match estimator {
             Estimator::Auto if closed_form(model).is_some() => Estimator::ClosedForm,
-            Estimator::Auto if covers(model) => Estimator::Quadrature,
-            Estimator::Auto => Estimator::MonteCarlo(Sampling::Bxdf),
+            Estimator::Auto => Estimator::Quadrature,
             Estimator::ClosedForm if closed_form(model).is_none() => {
                 return Err(IntegrateError::Unsupported {
                     estimator,
@@ -135,9 +134,6 @@ impl<'a> Integrator<'a> {
         }
     }
 }
-
-/// Share of the tolerance that goes to rho_bar of a coupling.
-const UNSPENT_SHARE: f64 = 0.1;
 
 fn sampled(model: &Model) -> Result<Sampled<'_>, IntegrateError> {
     Ok(match model {

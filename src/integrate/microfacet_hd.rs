@@ -28,7 +28,8 @@ pub(super) fn rho_hd(microfacet: &Microfacet, mu: f64, tolerance: f64) -> Result
         return Err(IntegrateError::Diverges);
     }
     let azimuth = Azimuth::new(mu, microfacet.masking);
-    let kinks = kinks(mu, microfacet);
+    let edges = microfacet.fresnel.edges();
+    let kinks = kinks(mu, microfacet.masking, &edges);
     let lobe = LobeIntegral {
         distribution: &microfacet.distribution,
         kinks: &kinks,
@@ -39,26 +40,16 @@ pub(super) fn rho_hd(microfacet: &Microfacet, mu: f64, tolerance: f64) -> Result
         tolerance,
     };
     if !grooves {
-        return unmasked(microfacet, mu, &azimuth, lobe);
+        return unmasked(microfacet, mu, &azimuth, &edges, lobe);
     }
     match microfacet.fresnel {
         Fresnel::None => {
             // what is lost, 1 - rho, keeps its digits where rho is close to 1
             let whole = LobeIntegral { end: None, ..lobe };
             let lost = whole.integrate(|theta, _| Ok(one(azimuth.lost(theta))))?;
-            let value = DVec3::ONE - lost.bounded.value;
-            Ok(scaled(
-                Integral {
-                    bounded: Bounded { value, ..lost.bounded },
-                    ..lost
-                },
-                microfacet,
-            ))
+            Ok(lost.complement().scaled(microfacet.reflectance.value()))
         }
-        _ => {
-            let edges = microfacet.fresnel.edges();
-            lobe.integrate(|theta, allowed| azimuth.reflected(theta, microfacet, &edges, allowed))
-        }
+        _ => lobe.integrate(|theta, allowed| azimuth.reflected(theta, microfacet, &edges, allowed)),
     }
 }
 
@@ -67,6 +58,7 @@ fn unmasked(
     microfacet: &Microfacet,
     mu: f64,
     azimuth: &Azimuth,
+    edges: &[Edge],
     lobe: LobeIntegral,
 ) -> Result<Integral, IntegrateError> {
     // mu rho is at least about a fifth of the width of the lobe
@@ -75,12 +67,9 @@ fn unmasked(
     let product = match microfacet.fresnel {
         Fresnel::None => {
             let integral = lobe.integrate(|theta, _| Ok(one(azimuth_mean(azimuth.segments(theta)))))?;
-            scaled(integral, microfacet)
+            integral.scaled(microfacet.reflectance.value())
         }
-        _ => {
-            let edges = microfacet.fresnel.edges();
-            lobe.integrate(|theta, allowed| azimuth.reflected(theta, microfacet, &edges, allowed))?
-        }
+        _ => lobe.integrate(|theta, allowed| azimuth.reflected(theta, microfacet, edges, allowed))?,
     };
     let bounded = Bounded {
         value: product.bounded.value / mu,
@@ -104,15 +93,6 @@ fn one(value: DVec3) -> Integral {
     }
 }
 
-fn scaled(integral: Integral, microfacet: &Microfacet) -> Integral {
-    let scale = microfacet.reflectance.value();
-    let bounded = Bounded {
-        value: scale * integral.bounded.value,
-        error: scale * integral.bounded.error,
-    };
-    Integral { bounded, ..integral }
-}
-
 /// Angles theta_h at which the segments of the azimuth change.
 ///
 /// With all directions in the plane of incidence: n.i = 0 at beta/2 and pi/2 - beta/2; o.h = 2 (n.h)(n.o) at beta;
@@ -122,7 +102,7 @@ fn scaled(integral: Integral, microfacet: &Microfacet) -> Integral {
 /// theta_o + theta_e, where its square root integrates to logarithms, and it crosses the kinks n.i = 0,
 /// o.h = 2 (n.h)(n.i), o.h = 2 (n.h)(n.o) and n.i = n.o, where half powers remain on both sides. Without masking w grows
 /// like 1/(n.h) until n.h is of the order of mu: the approach is split too.
-fn kinks(mu: f64, microfacet: &Microfacet) -> Vec<Kink> {
+fn kinks(mu: f64, masking: Masking, edges: &[Edge]) -> Vec<Kink> {
     let beta = mu.asin();
     let theta_o = FRAC_PI_2 - beta;
     let enters = |theta| Kink {
@@ -153,7 +133,7 @@ fn kinks(mu: f64, microfacet: &Microfacet) -> Vec<Kink> {
         Polar::from_cos(mu)
     }));
     kinks.push(leaves(at_elevation(beta / 2.0)));
-    if microfacet.masking == Masking::None {
+    if masking == Masking::None {
         let approach = [8.0, 64.0].map(|times| times * beta);
         kinks.extend(
             approach
@@ -162,7 +142,7 @@ fn kinks(mu: f64, microfacet: &Microfacet) -> Vec<Kink> {
                 .map(|b| passes(at_elevation(b))),
         );
     }
-    for edge in microfacet.fresnel.edges() {
+    for edge in edges {
         let theta_e = edge.cos.acos();
         let reached = [(theta_o - theta_e).abs(), theta_o + theta_e];
         kinks.extend(reached.map(|theta| Kink {

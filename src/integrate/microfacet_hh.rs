@@ -23,15 +23,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_4, PI};
 pub(super) fn rho_hh(microfacet: &Microfacet, tolerance: f64) -> Result<Integral, IntegrateError> {
     if microfacet.masking == Masking::VGroove && microfacet.fresnel == Fresnel::None {
         let lost = lost_hh(microfacet, tolerance)?;
-        let scale = microfacet.reflectance.value();
-        let value = scale * (DVec3::ONE - lost.bounded.value);
-        return Ok(Integral {
-            bounded: Bounded {
-                value,
-                error: scale * lost.bounded.error,
-            },
-            ..lost
-        });
+        return Ok(lost.complement().scaled(microfacet.reflectance.value()));
     }
     let edges = microfacet.fresnel.edges();
     // sin theta_d times the azimuth integral, over pi, is at most 4 in both cases

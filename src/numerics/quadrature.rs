@@ -59,6 +59,26 @@ pub struct Integral {
     pub evaluations: u64,
 }
 
+impl Integral {
+    /// Value and error times a non-negative `factor` per channel.
+    pub fn scaled(self, factor: DVec3) -> Self {
+        let Bounded { value, error } = self.bounded;
+        Self {
+            bounded: Bounded {
+                value: factor * value,
+                error: factor * error,
+            },
+            ..self
+        }
+    }
+
+    /// 1 less the value, with the same error.
+    pub fn complement(mut self) -> Self {
+        self.bounded.value = DVec3::ONE - self.bounded.value;
+        self
+    }
+}
+
 /// The tolerance was not met within the allowed number of evaluations.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("reached {reached:.1e} instead of {tolerance:.1e} after {evaluations} evaluations")]
