@@ -8,9 +8,9 @@ use whitefurnace::distribution::Family;
 use whitefurnace::estimate::{Effort, Estimator};
 use whitefurnace::export::exr;
 use whitefurnace::fresnel::Fresnel;
-use whitefurnace::integrate::deterministic::{Integrand, quadrature};
-use whitefurnace::integrate::fill;
-use whitefurnace::integrate::monte_carlo::{Samples, estimate, outgoing};
+use whitefurnace::integrate::deterministic::quadrature;
+use whitefurnace::integrate::monte_carlo::{Samples, Trial, estimate, outgoing};
+use whitefurnace::integrate::{Lobe, Target, fill};
 use whitefurnace::masking::Masking;
 use whitefurnace::plan::{Plan, Request, TablePlan};
 use whitefurnace::scene::Scene;
@@ -37,7 +37,7 @@ fn cells(criterion: &mut Criterion) {
         for kappa in [17.0, 1e5] {
             let model = Model::Microfacet(lobe(kappa, fresnel));
             for (mu, tolerance) in [(0.5, 1e-6), (0.5, 1e-10), (1e-5, 1e-6)] {
-                let cell = || quadrature(&model, Integrand::RhoHd(mu), tolerance).unwrap();
+                let cell = || quadrature(&model, Target::rho_hd(mu, 0.0), tolerance).unwrap();
                 let evaluations = cell().evaluations;
                 let id = format!("{name}, kappa {kappa}, mu {mu}, {tolerance:e}, {evaluations} evaluations");
                 group.bench_function(id, |bencher| bencher.iter(|| black_box(cell())));
@@ -53,7 +53,7 @@ fn means(criterion: &mut Criterion) {
     for (name, fresnel) in fresnels() {
         let model = Model::Microfacet(lobe(17.0, fresnel));
         group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
-            bencher.iter(|| black_box(quadrature(&model, Integrand::RhoHh, 1e-6).unwrap()));
+            bencher.iter(|| black_box(quadrature(&model, Target::rho_hh(), 1e-6).unwrap()));
         });
     }
     group.finish();
@@ -75,7 +75,20 @@ fn samples(criterion: &mut Criterion) {
         assert!(bxdf.supports(sampling));
         let name = Estimator::MonteCarlo(sampling).name();
         group.bench_function(name, |bencher| {
-            let batch = || estimate(&bxdf, sampling, outgoing(0.5, 0.0), Samples::Fixed(COUNT), 0, 0).unwrap();
+            let batch = || {
+                estimate(
+                    &bxdf,
+                    Trial {
+                        sampling,
+                        lobe: Lobe::Reflection,
+                        outgoing: outgoing(0.5, 0.0),
+                        samples: Samples::Fixed(COUNT),
+                        seed: 0,
+                        cell: 0,
+                    },
+                )
+                .unwrap()
+            };
             bencher.iter(|| black_box(batch()));
         });
     }

@@ -1,6 +1,6 @@
 //! The vocabulary of results: how an integral is computed, what came out, and what its error means.
 
-use crate::bxdf::Sampling;
+use crate::bxdf::{Flags, Sampling};
 use glam::DVec3;
 use std::fmt;
 use std::str::FromStr;
@@ -31,6 +31,47 @@ impl ErrorKind {
         [Self::Exact, Self::Bound, Self::Ci99]
             .into_iter()
             .find(|kind| kind.name() == name)
+    }
+}
+
+/// The side that light leaves on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Lobe {
+    /// The side of the fixed direction.
+    Reflection,
+    /// The other side.
+    Transmission,
+}
+
+impl Lobe {
+    /// Both sides.
+    pub const ALL: [Self; 2] = [Self::Reflection, Self::Transmission];
+
+    /// The name in files, manifests and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reflection => "reflection",
+            Self::Transmission => "transmission",
+        }
+    }
+
+    /// The side called `name`, if there is one.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|lobe| lobe.name() == name)
+    }
+
+    /// What a model that scatters to this side has among its flags.
+    pub fn flag(self) -> Flags {
+        match self {
+            Self::Reflection => Flags::REFLECTION,
+            Self::Transmission => Flags::TRANSMISSION,
+        }
+    }
+
+    /// Whether `wi` lies on this side, seen from `wo`; a direction at the horizon counts as above it.
+    pub fn holds(self, wo: DVec3, wi: DVec3) -> bool {
+        let same = (wo.z < 0.0) == (wi.z < 0.0);
+        same == (self == Self::Reflection)
     }
 }
 

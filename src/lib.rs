@@ -10,7 +10,7 @@
 //! | table | [`table`] | texels | a lookup, its error at and between texels, its range |
 //! | export | [`export`] | tables | OpenEXR files and a manifest |
 //!
-//! Below them stand, importing nothing above: [`geometry`], [`spectrum`], [`parameter`], [`numerics`]; on those [`fresnel`],
+//! Below them stand, importing nothing above: [`geometry`], [`spectrum`], [`parameter`], [`numerics`], [`measured`]; on those [`fresnel`],
 //! [`distribution`], [`masking`]; on those [`bxdf`]. Only [`integrate`] knows both a BxDF and a table.
 //!
 //! # Conventions
@@ -41,7 +41,7 @@
 //! let model = scene.materials[0].model.at(None)?;
 //! let effort = Effort { tolerance: 1e-8, samples: None, seed: 0 };
 //! let integrator = Integrator::new(&model, Estimator::Auto, effort)?;
-//! let albedo = integrator.estimate(Target::RhoHd { mu: 0.5, phi: 0.0 }, 0)?;
+//! let albedo = integrator.estimate(Target::rho_hd(0.5, 0.0), 0)?;
 //! assert!(albedo.error.max_element() <= 1e-8);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -83,6 +83,7 @@ pub mod fresnel;
 pub mod geometry;
 pub mod integrate;
 pub mod masking;
+pub mod measured;
 pub mod numerics;
 pub mod parameter;
 pub mod plan;

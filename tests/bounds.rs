@@ -6,9 +6,9 @@ use whitefurnace::bxdf::{Bxdf, Coupling, DiffuseSpecular, Lambertian, Microfacet
 use whitefurnace::distribution::{Distribution, Family};
 use whitefurnace::estimate::{Effort, Estimate, Estimator};
 use whitefurnace::fresnel::Fresnel;
-use whitefurnace::integrate::deterministic::{Integrand, quadrature};
-use whitefurnace::integrate::monte_carlo::{Samples, estimate, outgoing};
-use whitefurnace::integrate::{Integrator, Target, coupled_bxdf};
+use whitefurnace::integrate::deterministic::quadrature;
+use whitefurnace::integrate::monte_carlo::{Samples, Trial, estimate, outgoing};
+use whitefurnace::integrate::{Integrator, Lobe, Target, coupled_bxdf};
 use whitefurnace::masking::Masking;
 use whitefurnace::numerics::stream::{Stream, StreamId};
 use whitefurnace::spectrum::Spectrum;
@@ -54,8 +54,8 @@ fn stated_bounds_hold_for_random_lobes() {
             };
             let tolerance = 10f64.powf(-1.0 - 9.0 * random.uniform());
             let quantity = match random.uniform() {
-                u if u < 0.1 => Integrand::RhoHh,
-                _ => Integrand::RhoHd(mu),
+                u if u < 0.1 => Target::rho_hh(),
+                _ => Target::rho_hd(mu, 0.0),
             };
             let found = quadrature(&model, quantity, tolerance).unwrap();
             let better = quadrature(&model, quantity, (1e-4 * tolerance).max(1e-13)).unwrap();
@@ -94,7 +94,7 @@ fn cost(model: &Model, estimator: Estimator, mu: f64, tolerance: f64) -> Option<
         seed: 0,
     };
     let integrator = Integrator::new(model, estimator, effort).ok()?;
-    let found = integrator.estimate(Target::RhoHd { mu, phi: 0.0 }, 0).ok()?;
+    let found = integrator.estimate(Target::rho_hd(mu, 0.0), 0).ok()?;
     Some((found, found.evaluations + integrator.shared_evaluations()))
 }
 
@@ -106,9 +106,19 @@ fn samples(model: &Model, sampling: Sampling, mu: f64, tolerance: f64) -> Option
     };
     let wo = outgoing(mu, 0.0);
     let run = |bxdf: &dyn Bxdf| {
-        estimate(bxdf, sampling, wo, up_to, 0, 0)
-            .ok()
-            .map(|found| found.evaluations)
+        estimate(
+            bxdf,
+            Trial {
+                sampling,
+                lobe: Lobe::Reflection,
+                outgoing: wo,
+                samples: up_to,
+                seed: 0,
+                cell: 0,
+            },
+        )
+        .ok()
+        .map(|found| found.evaluations)
     };
     match model {
         Model::Lambertian(lambertian) => run(lambertian),

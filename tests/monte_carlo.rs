@@ -11,9 +11,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 use whitefurnace::bxdf::{Bxdf, Coupling, DiffuseSpecular, Microfacet, Model, Sampling, cosine_hemisphere};
 use whitefurnace::fresnel::Fresnel;
-use whitefurnace::integrate::deterministic::{Integrand, quadrature};
-use whitefurnace::integrate::monte_carlo::{CONFIDENCE, Outgoing, Samples, estimate, outgoing};
-use whitefurnace::integrate::{Effort, Estimate, Estimator, IntegrateError, Integrator, Target, coupled_bxdf};
+use whitefurnace::integrate::deterministic::quadrature;
+use whitefurnace::integrate::monte_carlo::{CONFIDENCE, Outgoing, Samples, Trial, estimate, outgoing};
+use whitefurnace::integrate::{Effort, Estimate, Estimator, IntegrateError, Integrator, Lobe, Target, coupled_bxdf};
 use whitefurnace::masking::Masking;
 use whitefurnace::numerics::moments::Moments;
 use whitefurnace::numerics::stream::{Stream, StreamId};
@@ -33,7 +33,7 @@ fn stream(seed: u64, cell: u64) -> Stream {
 
 /// rho_hd to 1e-9, far below what any sample resolves.
 fn rho(lobe: &Microfacet, mu: f64) -> f64 {
-    quadrature(&Model::Microfacet(*lobe), Integrand::RhoHd(mu), 1e-9)
+    quadrature(&Model::Microfacet(*lobe), Target::rho_hd(mu, 0.0), 1e-9)
         .unwrap()
         .value
         .x
@@ -84,7 +84,18 @@ fn z_scores(bxdf: &dyn Bxdf, sampling: Sampling, mu: f64, truth: f64, cells: u64
         .into_par_iter()
         .map(|cell| {
             let wo = outgoing(mu, 0.1 * cell as f64);
-            let found = estimate(bxdf, sampling, wo, Samples::Fixed(SAMPLES), seed, cell).unwrap();
+            let found = estimate(
+                bxdf,
+                Trial {
+                    sampling,
+                    lobe: Lobe::Reflection,
+                    outgoing: wo,
+                    samples: Samples::Fixed(SAMPLES),
+                    seed,
+                    cell,
+                },
+            )
+            .unwrap();
             (found.value.x - truth) / error
         })
         .collect()
@@ -200,7 +211,17 @@ fn stated_intervals_cover() {
                 let (lobe, mu, truth) = &cells[cell % cells.len()];
                 let wo = outgoing(*mu, 0.2);
                 let seed = 1000 + 10 * index as u64;
-                let found = estimate(lobe, sampling, wo, Samples::Fixed(samples), seed + samples, cell as u64);
+                let found = estimate(
+                    lobe,
+                    Trial {
+                        sampling,
+                        lobe: Lobe::Reflection,
+                        outgoing: wo,
+                        samples: Samples::Fixed(samples),
+                        seed: seed + samples,
+                        cell: cell as u64,
+                    },
+                );
                 (found, *truth)
             }));
             println!(
@@ -221,7 +242,17 @@ fn stated_intervals_cover() {
             };
             let seed = 2000 + index as u64;
             (
-                estimate(lobe, sampling, outgoing(*mu, 0.2), samples, seed, cell as u64),
+                estimate(
+                    lobe,
+                    Trial {
+                        sampling,
+                        lobe: Lobe::Reflection,
+                        outgoing: outgoing(*mu, 0.2),
+                        samples,
+                        seed,
+                        cell: cell as u64,
+                    },
+                ),
                 *truth,
             )
         }));
@@ -248,10 +279,20 @@ fn a_lobe_that_no_sample_hits_is_within_the_interval() {
     let bxdf = coupled_bxdf(&coupled, lobe).unwrap();
     let model = Model::DiffuseSpecular(Box::new(coupled));
     for mu in [0.1, 0.5, 0.9] {
-        let truth = quadrature(&model, Integrand::RhoHd(mu), 1e-8).unwrap().value.x;
+        let truth = quadrature(&model, Target::rho_hd(mu, 0.0), 1e-8).unwrap().value.x;
         for sampling in [Sampling::Uniform, Sampling::Cosine] {
             let found = coverage((0..300).into_par_iter().map(|cell| {
-                let found = estimate(&bxdf, sampling, outgoing(mu, 0.0), Samples::Fixed(2000), 80, cell);
+                let found = estimate(
+                    &bxdf,
+                    Trial {
+                        sampling,
+                        lobe: Lobe::Reflection,
+                        outgoing: outgoing(mu, 0.0),
+                        samples: Samples::Fixed(2000),
+                        seed: 80,
+                        cell,
+                    },
+                );
                 (found, truth)
             }));
             assert!(found.stated > 0, "{sampling:?} {mu}");
@@ -270,7 +311,17 @@ fn half_vectors_reach_every_lobe() {
                 if lobe.masking == Masking::None && mu < 0.1 {
                     continue; // unmasked weights grow without bound towards the horizon
                 }
-                let found = estimate(&lobe, sampling, outgoing(mu, 0.0), Samples::Fixed(4000), 3, 0);
+                let found = estimate(
+                    &lobe,
+                    Trial {
+                        sampling,
+                        lobe: Lobe::Reflection,
+                        outgoing: outgoing(mu, 0.0),
+                        samples: Samples::Fixed(4000),
+                        seed: 3,
+                        cell: 0,
+                    },
+                );
                 assert!(found.is_ok(), "{lobe:?} {mu} {sampling:?}: {found:?}");
             }
         }
@@ -291,14 +342,25 @@ fn hemispherical_albedo_agrees_with_quadrature() {
             .filter(|l| l.masking == Masking::VGroove)
             .enumerate()
         {
-            let truth = quadrature(&Model::Microfacet(lobe), Integrand::RhoHh, 1e-9)
+            let truth = quadrature(&Model::Microfacet(lobe), Target::rho_hh(), 1e-9)
                 .unwrap()
                 .value
                 .x;
             let seed = (300 + 10 * index + material) as u64;
             let error = standard_error(&lobe, sampling, Outgoing::Cosine, seed).x;
             let scores = (0..24).into_par_iter().map(|cell| {
-                let found = estimate(&lobe, sampling, Outgoing::Cosine, Samples::Fixed(SAMPLES), seed, cell).unwrap();
+                let found = estimate(
+                    &lobe,
+                    Trial {
+                        sampling,
+                        lobe: Lobe::Reflection,
+                        outgoing: Outgoing::Cosine,
+                        samples: Samples::Fixed(SAMPLES),
+                        seed,
+                        cell,
+                    },
+                )
+                .unwrap();
                 (found.value.x - truth) / error
             });
             z.extend(scores.collect::<Vec<_>>());
@@ -332,10 +394,10 @@ fn couplings_agree_with_quadrature() {
             let integrator = Integrator::new(&model, Estimator::MonteCarlo(sampling), effort).unwrap();
             let mut z = Vec::new();
             for mu in [0.2, 0.6, 1.0] {
-                let truth = quadrature(&model, Integrand::RhoHd(mu), 1e-8).unwrap().value;
+                let truth = quadrature(&model, Target::rho_hd(mu, 0.0), 1e-8).unwrap().value;
                 let error = standard_error(&bxdf, sampling, outgoing(mu, 0.3), effort.seed).y;
                 let scores = (0..40).into_par_iter().map(|cell| {
-                    let found = integrator.estimate(Target::RhoHd { mu, phi: 0.3 }, cell).unwrap();
+                    let found = integrator.estimate(Target::rho_hd(mu, 0.3), cell).unwrap();
                     // one channel: the three share their samples
                     (found.value.y - truth.y) / error
                 });
@@ -370,7 +432,20 @@ fn threads_do_not_change_a_bit() {
         ] {
             for outgoing in [outgoing(0.4, 1.0), Outgoing::Cosine] {
                 for bxdf in models {
-                    let run = || estimate(bxdf, sampling, outgoing, samples, 5, 6).unwrap();
+                    let run = || {
+                        estimate(
+                            bxdf,
+                            Trial {
+                                sampling,
+                                lobe: Lobe::Reflection,
+                                outgoing,
+                                samples,
+                                seed: 5,
+                                cell: 6,
+                            },
+                        )
+                        .unwrap()
+                    };
                     let bits = |e: Estimate| {
                         let values = e.value.to_array().into_iter().chain(e.error.to_array());
                         (values.map(f64::to_bits).collect::<Vec<_>>(), e.evaluations)

@@ -10,15 +10,15 @@ use whitefurnace::bxdf::{Bxdf, Coupling, DiffuseSpecular, Lambertian, Microfacet
 use whitefurnace::distribution::Distribution;
 use whitefurnace::fresnel::Fresnel;
 use whitefurnace::geometry::Polar;
-use whitefurnace::integrate::coupled_bxdf;
-use whitefurnace::integrate::deterministic::{Integrand, quadrature, unspent};
+use whitefurnace::integrate::deterministic::{quadrature, unspent};
+use whitefurnace::integrate::{Target, coupled_bxdf};
 use whitefurnace::masking::Masking;
 use whitefurnace::spectrum::Spectrum;
 
 /// rho_hd to 1e-10.
 fn rho(distribution: Distribution, fresnel: Fresnel, mu: f64) -> f64 {
     let model = Model::Microfacet(grooves(distribution, fresnel));
-    quadrature(&model, Integrand::RhoHd(mu), 1e-10).unwrap().value.x
+    quadrature(&model, Target::rho_hd(mu, 0.0), 1e-10).unwrap().value.x
 }
 
 /// Eq. 14 by a rule that resolves all scales of theta alike.
@@ -134,7 +134,7 @@ fn narrow_lobes_tend_to_the_fresnel_term() {
 fn the_boundary_layer_dips_to_the_same_depth_for_every_width() {
     for d in distributions() {
         let model = Model::Microfacet(grooves(d, Fresnel::None));
-        let horizon = quadrature(&model, Integrand::RhoHd(0.0), 1e-12).unwrap();
+        let horizon = quadrature(&model, Target::rho_hd(0.0, 0.0), 1e-12).unwrap();
         assert!((horizon.value.x - 1.0).abs() <= horizon.error.x, "{d:?}: {horizon:?}");
     }
     let narrow = [[1e4, 1e6, 1e9, 1e12].map(vmf), [1e-2, 1e-3, 1e-4, 1e-6].map(beckmann)];
@@ -240,10 +240,10 @@ fn couplings_conserve_energy() {
                 let rest = unspent(&coupled, 1e-9).unwrap();
                 let model = Model::DiffuseSpecular(Box::new(coupled));
                 for mu in [0.0, 1e-5, 1e-2, 0.1, 0.5, 1.0] {
-                    let total = quadrature(&model, Integrand::RhoHd(mu), 1e-8).unwrap();
+                    let total = quadrature(&model, Target::rho_hd(mu, 0.0), 1e-8).unwrap();
                     assert!(total.value.x <= 1.0 + total.error.x, "{model:?} {mu}: {total:?}");
                     if (ks, kd) == (1.0, 1.0) {
-                        let rho = quadrature(&alone, Integrand::RhoHd(mu), 1e-9).unwrap().value.x;
+                        let rho = quadrature(&alone, Target::rho_hd(mu, 0.0), 1e-9).unwrap().value.x;
                         let lost = match coupling {
                             Coupling::Mikkelsen => (1.0 - rho) * (1.0 - rest.value.x),
                             Coupling::EnergyPreserving => 0.0,
@@ -284,7 +284,7 @@ fn coupled_f_integrates_to_the_albedo_that_is_stated() {
                 sum += PI * bxdf.f(wo, wi).x;
             }
             let found = sum / f64::from(n * n);
-            let stated = quadrature(&model, Integrand::RhoHd(mu), 1e-9).unwrap().value.x;
+            let stated = quadrature(&model, Target::rho_hd(mu, 0.0), 1e-9).unwrap().value.x;
             // f has steep kinks near the horizon, which midpoints in u = sin^2 resolve to the 3/2 power of 1/800, times 7
             assert!((found - stated).abs() < 3e-4, "{coupling:?} {mu}: {found} and {stated}");
         }
@@ -296,7 +296,7 @@ fn coupled_f_integrates_to_the_albedo_that_is_stated() {
 fn without_masking_the_albedo_diverges() {
     let lobe = Microfacet::new(Spectrum::grey(1.0), vmf(17.0), Masking::None, Fresnel::None).unwrap();
     let model = Model::Microfacet(lobe);
-    assert!(quadrature(&model, Integrand::RhoHd(0.0), 1e-6).is_err());
-    let grazing = quadrature(&model, Integrand::RhoHd(1e-3), 1e-6).unwrap().value.x;
+    assert!(quadrature(&model, Target::rho_hd(0.0, 0.0), 1e-6).is_err());
+    let grazing = quadrature(&model, Target::rho_hd(1e-3, 0.0), 1e-6).unwrap().value.x;
     assert!(grazing > 50.0, "{grazing}");
 }

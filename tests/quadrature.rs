@@ -10,13 +10,13 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use whitefurnace::bxdf::{Coupling, DiffuseSpecular, Microfacet, Model};
 use whitefurnace::distribution::Distribution;
 use whitefurnace::fresnel::Fresnel;
-use whitefurnace::integrate::Estimate;
-use whitefurnace::integrate::deterministic::{Integrand, quadrature, unspent};
+use whitefurnace::integrate::deterministic::{quadrature, unspent};
+use whitefurnace::integrate::{Angles, Estimate, Target};
 use whitefurnace::masking::Masking;
 use whitefurnace::spectrum::Spectrum;
 
 /// A random material and quantity over the whole legal range.
-fn random_case(case: u64) -> (Model, Integrand) {
+fn random_case(case: u64) -> (Model, Target) {
     let mut dice = Dice::new(1, case);
     let lobe = dice.microfacet();
     let mu = dice.mu();
@@ -24,15 +24,15 @@ fn random_case(case: u64) -> (Model, Integrand) {
     let diverges = lobe.masking == Masking::None && mu == 0.0;
     let hemispherical = dice.uniform() < 0.2 || diverges;
     let quantity = if hemispherical {
-        Integrand::RhoHh
+        Target::rho_hh()
     } else {
-        Integrand::RhoHd(mu)
+        Target::rho_hd(mu, 0.0)
     };
     (Model::Microfacet(lobe), quantity)
 }
 
 /// The finest reference that the integrator itself gives.
-fn reference(model: &Model, quantity: Integrand) -> Estimate {
+fn reference(model: &Model, quantity: Target) -> Estimate {
     // 1e-13 is below what rounding allows for some
     [1e-13, 1e-12]
         .into_iter()
@@ -59,8 +59,8 @@ fn stated_errors_hold_over_the_whole_legal_range() {
                             found.push(format!("{}: {estimate:?}, but {truth:?}", what()));
                         }
                         // without masking values grow like ln(1/mu)/mu, and rounding with them
-                        let rounding = match quantity {
-                            Integrand::RhoHd(mu) if is_unmasked(&model) => {
+                        let rounding = match quantity.outgoing {
+                            Some(Angles { mu, .. }) if is_unmasked(&model) => {
                                 2e-13 / mu + 2e-14 * estimate.value.max_element()
                             }
                             _ => 2e-14,
@@ -158,7 +158,7 @@ fn values_agree_with_brute_force() {
                 (Masking::None, 0.9),
             ] {
                 let lobe = Microfacet::new(Spectrum::grey(1.0), *distribution, masking, conductor(eta, k)).unwrap();
-                let stated = quadrature(&Model::Microfacet(lobe), Integrand::RhoHd(mu), 1e-8).unwrap();
+                let stated = quadrature(&Model::Microfacet(lobe), Target::rho_hd(mu, 0.0), 1e-8).unwrap();
                 let grooves = masking == Masking::VGroove;
                 let coarse = brute_force(p, *top, (eta, k), grooves, mu, 45);
                 let fine = brute_force(p, *top, (eta, k), grooves, mu, 90);
@@ -197,8 +197,8 @@ fn ten_digits_are_within_reach() {
         .collect();
     cells.into_par_iter().for_each(|(d, fresnel)| {
         let model = Model::Microfacet(grooves(d, fresnel));
-        let directions = [0.0, 1e-300, 1e-9, 1e-5, 1e-2, 0.3, 0.8, 1.0].map(Integrand::RhoHd);
-        for quantity in directions.into_iter().chain([Integrand::RhoHh]) {
+        let directions = [0.0, 1e-300, 1e-9, 1e-5, 1e-2, 0.3, 0.8, 1.0].map(|mu| Target::rho_hd(mu, 0.0));
+        for quantity in directions.into_iter().chain([Target::rho_hh()]) {
             let estimate = quadrature(&model, quantity, 1e-10).unwrap();
             assert!(
                 estimate.error.max_element() <= 1.0001e-10,
@@ -231,8 +231,8 @@ fn evaluations_are_few() {
         for d in lobes {
             let model = Model::Microfacet(grooves(d, fresnel));
             let count = |quantity| quadrature(&model, quantity, 1e-6).unwrap().evaluations;
-            let counts = directions.map(|mu| count(Integrand::RhoHd(mu)));
-            let mean = count(Integrand::RhoHh);
+            let counts = directions.map(|mu| count(Target::rho_hd(mu, 0.0)));
+            let mean = count(Target::rho_hh());
             println!("{:>10} {counts:?}, {mean} {d:?}", "");
             table.extend(counts.map(|count| (name, count, most)));
             table.push((name, mean, most_of_mean));
@@ -254,9 +254,9 @@ fn mean_of_directions_is_the_hemispherical_albedo() {
     cells.into_par_iter().for_each(|(d, fresnel, masking)| {
         let lobe = Microfacet::new(Spectrum::grey(1.0), d, masking, fresnel).unwrap();
         let model = Model::Microfacet(lobe);
-        let whole = quadrature(&model, Integrand::RhoHh, 1e-9).unwrap().value.x;
+        let whole = quadrature(&model, Target::rho_hh(), 1e-9).unwrap().value.x;
         let mean = octaves(1.0, 16, 6, |mu| {
-            2.0 * mu * quadrature(&model, Integrand::RhoHd(mu), 1e-8).unwrap().value.x
+            2.0 * mu * quadrature(&model, Target::rho_hd(mu, 0.0), 1e-8).unwrap().value.x
         });
         // what the octaves leave of the square root at the edge of total reflection; the rest is smooth
         let allowed = if fresnel == dielectric(1.0 / 1.5) { 2e-5 } else { 1e-7 };
@@ -301,10 +301,15 @@ fn lost_energy_keeps_its_digits() {
 fn channels_do_not_disturb_each_other() {
     let rgb = Fresnel::dielectric(Spectrum::rgb([1.329, 1.5, 0.7])).unwrap();
     for mu in [0.0, 1e-3, 0.4, 1.0] {
-        let together = quadrature(&Model::Microfacet(grooves(vmf(50.0), rgb)), Integrand::RhoHd(mu), 1e-9).unwrap();
+        let together = quadrature(
+            &Model::Microfacet(grooves(vmf(50.0), rgb)),
+            Target::rho_hd(mu, 0.0),
+            1e-9,
+        )
+        .unwrap();
         let alone = [1.329, 1.5, 0.7].map(|eta| {
             let model = Model::Microfacet(grooves(vmf(50.0), dielectric(eta)));
-            quadrature(&model, Integrand::RhoHd(mu), 1e-9).unwrap().value.x
+            quadrature(&model, Target::rho_hd(mu, 0.0), 1e-9).unwrap().value.x
         });
         let difference = (together.value - DVec3::from_array(alone)).abs().max_element();
         assert!(difference <= 2e-9, "{mu}: {difference:e}"); // both tolerances

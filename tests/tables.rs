@@ -7,8 +7,8 @@ use whitefurnace::bxdf::{Coupling, DiffuseSpecular, Model};
 use whitefurnace::estimate::{Effort, Estimate, Estimator};
 use whitefurnace::export::read::{Contents, read_exr};
 use whitefurnace::export::{exr, write};
-use whitefurnace::integrate::deterministic::{Integrand, quadrature};
-use whitefurnace::integrate::fill;
+use whitefurnace::integrate::deterministic::quadrature;
+use whitefurnace::integrate::{Target, fill};
 use whitefurnace::numerics::stream::{Stream, StreamId};
 use whitefurnace::plan::{Plan, Request, TablePlan};
 use whitefurnace::scene::Scene;
@@ -75,10 +75,10 @@ fn roughness_of(table: &Table, at: &[f64]) -> Option<f64> {
     Some(at[axis])
 }
 
-fn integrand(table: &Table, at: &[f64]) -> Integrand {
+fn integrand(table: &Table, at: &[f64]) -> Target {
     match table.quantity {
-        Quantity::RhoHd => Integrand::RhoHd(at[0]),
-        Quantity::RhoHh => Integrand::RhoHh,
+        Quantity::RhoHd => Target::rho_hd(at[0], 0.0),
+        Quantity::RhoHh => Target::rho_hh(),
     }
 }
 
@@ -159,7 +159,7 @@ fn lookups_keep_their_stated_errors() {
 /// ks rho + (1 - ks rho) kd (1 - ks rho_bar), and without the last factor where all energy is kept.
 fn totals(coupled: &DiffuseSpecular, specular: &[Estimate]) -> Vec<Estimate> {
     let (ks, kd) = (coupled.ks().value(), coupled.kd().value());
-    let mean = quadrature(coupled.specular(), Integrand::RhoHh, 1e-10).unwrap();
+    let mean = quadrature(coupled.specular(), Target::rho_hh(), 1e-10).unwrap();
     let left = match coupled.coupling() {
         Coupling::Mikkelsen => DVec3::ONE - ks * mean.value,
         Coupling::EnergyPreserving => DVec3::ONE,

@@ -1,6 +1,6 @@
 //! A specular lobe over a diffuse base that shares one energy budget [Mikkelsen 2009, eq. 28].
 
-use super::{Bxdf, BxdfSample, Model, Sampling, cosine_hemisphere};
+use super::{Bxdf, BxdfSample, Flags, Model, Sampling, cosine_hemisphere, other_hemisphere};
 use crate::numerics::curve::Curve;
 use crate::parameter::{KD, KS, ParameterError};
 use crate::spectrum::{Channels, Spectrum};
@@ -161,6 +161,21 @@ impl<S: Bxdf> CoupledBxdf<S> {
         self.base * (self.left(wi.z.abs()) * self.left(wo.z.abs()))
     }
 
+    /// A draw of the specular lobe, which happens with probability `share`.
+    fn shared_specular(&self, lobe: BxdfSample, share: f64) -> BxdfSample {
+        BxdfSample {
+            pdf: lobe.pdf * share,
+            weight: self.parameters.ks.value() * lobe.weight / share,
+            ..lobe
+        }
+    }
+
+    /// A direction on the side of wo, proportional to its cosine.
+    fn base_direction(&self, wo: DVec3, u: [f64; 3]) -> DVec3 {
+        let wi = cosine_hemisphere([u[0], u[1]]);
+        if wo.z < 0.0 { other_hemisphere(wi) } else { wi }
+    }
+
     /// Share of the draws that goes to the specular lobe; each lobe that can contribute keeps at least a tenth.
     fn specular_share(&self, wo: DVec3) -> f64 {
         if self.parameters.kd.value() == DVec3::ZERO {
@@ -181,6 +196,10 @@ impl<S: Bxdf> Bxdf for CoupledBxdf<S> {
         self.parameters.channels()
     }
 
+    fn flags(&self) -> Flags {
+        self.specular.flags() | Flags::REFLECTION | Flags::DIFFUSE
+    }
+
     fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         if wo.z * wi.z < 0.0 {
             return DVec3::ZERO;
@@ -196,14 +215,18 @@ impl<S: Bxdf> Bxdf for CoupledBxdf<S> {
         share * self.specular.pdf(wo, wi) + (1.0 - share) * wi.z.abs() * FRAC_1_PI
     }
 
-    /// One lobe is drawn by its share, and the weight is that of the mixture density.
+    /// One lobe is drawn by its share, and the weight is that of the mixture density; a specular direction, which the
+    /// other lobe never draws, keeps its own.
     fn sample_f(&self, wo: DVec3, u: [f64; 3]) -> BxdfSample {
         let share = self.specular_share(wo);
         let wi = if u[2] < share {
-            self.specular.sample_f(wo, [u[0], u[1], u[2] / share]).wi
+            let lobe = self.specular.sample_f(wo, [u[0], u[1], u[2] / share]);
+            if lobe.flags.contains(Flags::SPECULAR) {
+                return self.shared_specular(lobe, share);
+            }
+            lobe.wi
         } else {
-            let wi = cosine_hemisphere([u[0], u[1]]);
-            if wo.z < 0.0 { -wi } else { wi }
+            self.base_direction(wo, u)
         };
         let pdf = self.pdf(wo, wi);
         if wo.z * wi.z < 0.0 || pdf <= 0.0 {
@@ -213,6 +236,7 @@ impl<S: Bxdf> Bxdf for CoupledBxdf<S> {
             wi,
             pdf,
             weight: self.f(wo, wi) * (wi.z.abs() / pdf),
+            flags: self.flags() - Flags::SPECULAR,
         }
     }
 
@@ -231,19 +255,15 @@ impl<S: Bxdf> Bxdf for CoupledBxdf<S> {
                 let share = self.specular_share(wo);
                 if u[2] < share {
                     let lobe = self.specular.sample(sampling, wo, [u[0], u[1], u[2] / share]);
-                    let weight = self.parameters.ks.value() * lobe.weight / share;
-                    BxdfSample {
-                        wi: lobe.wi,
-                        pdf: lobe.pdf * share,
-                        weight,
-                    }
+                    self.shared_specular(lobe, share)
                 } else {
-                    let wi = cosine_hemisphere([u[0], u[1]]);
-                    let pdf = wi.z * FRAC_1_PI * (1.0 - share);
+                    let wi = self.base_direction(wo, u);
+                    let pdf = wi.z.abs() * FRAC_1_PI * (1.0 - share);
                     BxdfSample {
                         wi,
                         pdf,
-                        weight: self.diffuse(wo, wi) * (wi.z / pdf),
+                        weight: self.diffuse(wo, wi) * (wi.z.abs() / pdf),
+                        flags: Flags::REFLECTION | Flags::DIFFUSE,
                     }
                 }
             }

@@ -1,6 +1,6 @@
 //! Ideal diffuse reflection [Mikkelsen 2009, eq. 26; pbrt 2010, section 8.3].
 
-use super::{Bxdf, BxdfSample, cosine_hemisphere};
+use super::{Bxdf, BxdfSample, Flags, cosine_hemisphere};
 use crate::parameter::{ParameterError, REFLECTANCE};
 use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
@@ -34,6 +34,10 @@ impl Bxdf for Lambertian {
         self.reflectance.channels()
     }
 
+    fn flags(&self) -> Flags {
+        Flags::REFLECTION | Flags::DIFFUSE
+    }
+
     fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         if wo.z * wi.z < 0.0 {
             DVec3::ZERO
@@ -56,6 +60,7 @@ impl Bxdf for Lambertian {
             wi,
             pdf,
             weight: self.reflectance.value(),
+            flags: self.flags(),
         }
     }
 }

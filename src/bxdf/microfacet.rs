@@ -1,6 +1,6 @@
 //! Microfacet reflection, the Torrance-Sparrow model [Mikkelsen 2009, eq. 18; pbrt 2010, section 8.4.2].
 
-use super::{Bxdf, BxdfSample, Sampling};
+use super::{Bxdf, BxdfSample, Flags, Sampling};
 use crate::distribution::Distribution;
 use crate::fresnel::Fresnel;
 use crate::geometry::{Polar, half_vector, reflect};
@@ -71,6 +71,10 @@ impl Bxdf for Microfacet {
         self.reflectance.channels().max(self.fresnel.channels())
     }
 
+    fn flags(&self) -> Flags {
+        Flags::REFLECTION | Flags::GLOSSY
+    }
+
     fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         // the sum, so that a direction at the horizon goes with either side
         let (wo, wi) = if wo.z + wi.z < 0.0 { (-wo, -wi) } else { (wo, wi) };
@@ -114,13 +118,13 @@ impl Bxdf for Microfacet {
     }
 
     fn sample(&self, sampling: Sampling, wo: DVec3, u: [f64; 3]) -> BxdfSample {
-        if wo.z < 0.0 {
-            let above = self.sample(sampling, -wo, u);
-            return BxdfSample { wi: -above.wi, ..above };
-        }
         match sampling {
             Sampling::Uniform => super::sample_uniform(self, wo, u),
             Sampling::Cosine => super::sample_cosine(self, wo, u),
+            Sampling::Normals | Sampling::Visible | Sampling::Bxdf if wo.z < 0.0 => {
+                let above = self.sample(sampling, -wo, u);
+                BxdfSample { wi: -above.wi, ..above }
+            }
             // f cos/pdf = F V' (o.h)/((n.o)(n.h)) with pdf = p/(4 o.h)
             Sampling::Normals => {
                 let wm = self.distribution.sample([u[0], u[1]]);
@@ -132,6 +136,7 @@ impl Bxdf for Microfacet {
                     wi,
                     pdf: self.distribution.p(Polar::of(wm)) / (4.0 * cosines.d),
                     weight,
+                    flags: self.flags(),
                 }
             }
             // f cos/pdf = F V'/G1(o, h), which V-grooves bound by 1; without masking V' = 1 stays over the same density
@@ -143,7 +148,8 @@ impl Bxdf for Microfacet {
                 let density = (cosines.d / (cosines.h * cosines.o)).min(2.0);
                 let weight = self.facet_reflectance(cosines.d) * (self.masking.weight(cosines) / density);
                 let pdf = self.distribution.p(Polar::of(wm)) * density / (4.0 * cosines.d);
-                BxdfSample { wi, pdf, weight }
+                let flags = self.flags();
+                BxdfSample { wi, pdf, weight, flags }
             }
         }
     }

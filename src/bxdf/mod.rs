@@ -5,10 +5,12 @@
 //! the inside.
 
 mod diffuse_specular;
+mod flags;
 mod lambertian;
 mod microfacet;
 
 pub use diffuse_specular::{CoupledBxdf, Coupling, DiffuseSpecular, SpecularAlbedo};
+pub use flags::Flags;
 pub use lambertian::Lambertian;
 pub use microfacet::Microfacet;
 
@@ -35,12 +37,15 @@ pub enum Sampling {
 /// A direction drawn for the integral int f(wo, wi) |cos theta_i| dwi.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BxdfSample {
-    /// The direction drawn; it may lie below the surface, where the weight is 0.
+    /// The direction drawn; it may lie where f = 0, below the surface for a reflection, and the weight is 0 then.
     pub wi: DVec3,
-    /// Its density over solid angle, sr^-1, under the sampling that drew it.
+    /// Its density over solid angle, sr^-1, under the sampling that drew it; for a [`Flags::SPECULAR`] direction the
+    /// probability of that direction [pbrt 2016, section 8.2].
     pub pdf: f64,
     /// f |cos theta_i|/pdf, formed with all common factors cancelled, so that it stays finite where f and pdf do not.
     pub weight: DVec3,
+    /// The part of the model that the direction belongs to; empty when it belongs to none.
+    pub flags: Flags,
 }
 
 impl BxdfSample {
@@ -50,6 +55,7 @@ impl BxdfSample {
             wi,
             pdf: 0.0,
             weight: DVec3::ZERO,
+            flags: Flags::empty(),
         }
     }
 }
@@ -59,21 +65,28 @@ pub trait Bxdf: Sync {
     /// Number of independent channels of f.
     fn channels(&self) -> Channels;
 
-    /// f(wo, wi) in sr^-1, without the cosine.
+    /// Sides and sharpness of all its parts.
+    fn flags(&self) -> Flags;
+
+    /// f(wo, wi) in sr^-1, without the cosine. Specular parts are deltas, which no pair of directions meets: they count 0.
     fn f(&self, wo: DVec3, wi: DVec3) -> DVec3;
 
-    /// Density with which [`Bxdf::sample_f`] draws `wi`, sr^-1.
+    /// Density with which [`Bxdf::sample_f`] draws `wi`, sr^-1, specular parts not counted.
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64;
 
     /// Draws wi for the given wo, u uniform in [0, 1)^3.
     fn sample_f(&self, wo: DVec3, u: [f64; 3]) -> BxdfSample;
 
-    /// Whether [`Bxdf::sample`] can draw in this way.
+    /// Whether [`Bxdf::sample`] can draw in this way and so reach every part of the model.
     fn supports(&self, sampling: Sampling) -> bool {
-        !matches!(sampling, Sampling::Normals | Sampling::Visible)
+        match sampling {
+            Sampling::Uniform | Sampling::Cosine => !self.flags().contains(Flags::SPECULAR),
+            Sampling::Normals | Sampling::Visible => false,
+            Sampling::Bxdf => true,
+        }
     }
 
-    /// Draws wi in the way asked for. The mean weight over uniform u is rho_hd(wo).
+    /// Draws wi in the way asked for. The mean weight over uniform u is rho_hd(wo), of both sides together.
     ///
     /// Samplings that are not supported fall back to [`Bxdf::sample_f`]; ask [`Bxdf::supports`] first.
     fn sample(&self, sampling: Sampling, wo: DVec3, u: [f64; 3]) -> BxdfSample {
@@ -88,6 +101,10 @@ pub trait Bxdf: Sync {
 impl<B: Bxdf + ?Sized> Bxdf for &B {
     fn channels(&self) -> Channels {
         (**self).channels()
+    }
+
+    fn flags(&self) -> Flags {
+        (**self).flags()
     }
 
     fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
@@ -111,24 +128,48 @@ impl<B: Bxdf + ?Sized> Bxdf for &B {
     }
 }
 
-/// wi uniform over the hemisphere of +z, pdf = 1/(2 pi).
+/// wi uniform over the hemispheres that the model scatters into, pdf = 1/(2 pi) for one and 1/(4 pi) for two.
 fn sample_uniform<B: Bxdf + ?Sized>(bxdf: &B, wo: DVec3, u: [f64; 3]) -> BxdfSample {
-    let wi = Polar::from_cos(u[0]).direction(TAU * u[1]);
+    let (wi, share) = on_a_side(bxdf, wo, Polar::from_cos(u[0]).direction(TAU * u[1]), u[2]);
     BxdfSample {
         wi,
-        pdf: TAU.recip(),
-        weight: bxdf.f(wo, wi) * (TAU * wi.z),
+        pdf: share / TAU,
+        weight: bxdf.f(wo, wi) * (TAU * wi.z.abs() / share),
+        flags: bxdf.flags(),
     }
 }
 
-/// wi proportional to its cosine, pdf = cos theta/pi.
+/// wi proportional to its cosine over the hemispheres that the model scatters into, pdf = |cos theta|/pi or half of it.
 fn sample_cosine<B: Bxdf + ?Sized>(bxdf: &B, wo: DVec3, u: [f64; 3]) -> BxdfSample {
-    let wi = cosine_hemisphere([u[0], u[1]]);
+    let (wi, share) = on_a_side(bxdf, wo, cosine_hemisphere([u[0], u[1]]), u[2]);
     BxdfSample {
         wi,
-        pdf: wi.z * FRAC_1_PI,
-        weight: bxdf.f(wo, wi) * PI,
+        pdf: wi.z.abs() * FRAC_1_PI * share,
+        weight: bxdf.f(wo, wi) * (PI / share),
+        flags: bxdf.flags(),
     }
+}
+
+/// `above`, a direction of the upper hemisphere, moved to a side that `bxdf` scatters to, and the probability of that side.
+fn on_a_side<B: Bxdf + ?Sized>(bxdf: &B, wo: DVec3, above: DVec3, u: f64) -> (DVec3, f64) {
+    let flags = bxdf.flags();
+    let both = flags.contains(Flags::REFLECTION | Flags::TRANSMISSION);
+    let across = if both {
+        u < 0.5
+    } else {
+        !flags.contains(Flags::REFLECTION)
+    };
+    let wi = if across != (wo.z < 0.0) {
+        other_hemisphere(above)
+    } else {
+        above
+    };
+    (wi, if both { 0.5 } else { 1.0 })
+}
+
+/// `w` reflected in the surface.
+pub fn other_hemisphere(w: DVec3) -> DVec3 {
+    DVec3::new(w.x, w.y, -w.z)
 }
 
 /// A direction with density cos theta/pi; u in [0, 1)^2.

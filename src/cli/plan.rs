@@ -54,8 +54,11 @@ fn cost(table: &TablePlan) -> Result<Cost, Failure> {
     let failed = |error| format!("table {}: {error}", table.id);
     let integrator = Integrator::new(&model, table.estimator, table.effort).map_err(failed)?;
     let targets: Vec<Target> = match table.quantity {
-        Quantity::RhoHd => PROBES.iter().map(|mu| Target::RhoHd { mu: *mu, phi: 0.0 }).collect(),
-        Quantity::RhoHh => vec![Target::RhoHh],
+        Quantity::RhoHd => PROBES
+            .iter()
+            .map(|mu| Target::rho_hd(*mu, 0.0).of(table.lobe))
+            .collect(),
+        Quantity::RhoHh => vec![Target::rho_hh().of(table.lobe)],
     };
     let mut evaluations = 0;
     let mut times = Vec::new();

@@ -160,9 +160,8 @@ impl Rho {
         let mut rows = Vec::new();
         for (cell, direction) in targets.iter().copied().enumerate() {
             let start = Instant::now();
-            let target = direction.map_or(Target::RhoHh, |direction| Target::RhoHd {
-                mu: direction.mu,
-                phi: direction.phi_deg.to_radians(),
+            let target = direction.map_or(Target::rho_hh(), |direction| {
+                Target::rho_hd(direction.mu, direction.phi_deg.to_radians())
             });
             let result = integrator.estimate(target, cell as u64);
             bar.inc(1);

@@ -1,7 +1,7 @@
 //! Eq. 28 made ready for sampling: the specular albedo that it needs, computed once.
 
-use super::IntegrateError;
-use super::deterministic::{Integrand, quadrature, unspent};
+use super::deterministic::{quadrature, unspent};
+use super::{IntegrateError, Target};
 use crate::bxdf::{Bxdf, CoupledBxdf, DiffuseSpecular, Model, SpecularAlbedo};
 use crate::numerics::curve::Curve;
 use crate::numerics::quadrature::Bounded;
@@ -20,7 +20,7 @@ pub fn coupled_bxdf<S: Bxdf>(parameters: &DiffuseSpecular, specular: S) -> Resul
         Model::Lambertian(_) | Model::DiffuseSpecular(_) => 1.0,
     };
     let rho_hd = Curve::fit(CURVE_TOLERANCE, layer, &mut |mu| {
-        let rho = quadrature(lobe, Integrand::RhoHd(mu), 0.1 * CURVE_TOLERANCE)?;
+        let rho = quadrature(lobe, Target::rho_hd(mu, 0.0), 0.1 * CURVE_TOLERANCE)?;
         Ok::<_, IntegrateError>(Bounded {
             value: rho.value,
             error: rho.error,

@@ -1,20 +1,11 @@
 //! Closed forms and quadrature of the models that scenes name.
 
-use super::{ErrorKind, Estimate, Estimator, IntegrateError, microfacet_hd, microfacet_hh};
+use super::{Angles, ErrorKind, Estimate, Estimator, IntegrateError, Target, microfacet_hd, microfacet_hh};
 use crate::bxdf::{DiffuseSpecular, Model};
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
 use crate::numerics::quadrature::Integral;
 use glam::DVec3;
-
-/// The integral that is asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Integrand {
-    /// rho_hd at cos theta_o.
-    RhoHd(f64),
-    /// rho_hh.
-    RhoHh,
-}
 
 /// Share of the tolerance that goes to rho_bar of a coupling.
 pub(super) const UNSPENT_SHARE: f64 = 0.1;
@@ -36,16 +27,16 @@ pub fn closed_form(model: &Model) -> Option<Estimate> {
 ///
 /// # Errors
 /// [`IntegrateError::NotConverged`], or [`IntegrateError::Diverges`] where the integral has no finite value.
-pub fn quadrature(model: &Model, integrand: Integrand, tolerance: f64) -> Result<Estimate, IntegrateError> {
+pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estimate, IntegrateError> {
     match model {
         Model::Lambertian(lambertian) => Ok(exact(lambertian.albedo())),
-        Model::Microfacet(microfacet) => Ok(bound(match integrand {
-            Integrand::RhoHd(mu) => microfacet_hd::rho_hd(microfacet, mu, tolerance)?,
-            Integrand::RhoHh => microfacet_hh::rho_hh(microfacet, tolerance)?,
+        Model::Microfacet(microfacet) => Ok(bound(match target.outgoing {
+            Some(Angles { mu, .. }) => microfacet_hd::rho_hd(microfacet, mu, tolerance)?,
+            None => microfacet_hh::rho_hh(microfacet, tolerance)?,
         })),
         Model::DiffuseSpecular(coupled) => {
             let unspent = unspent(coupled, UNSPENT_SHARE * tolerance)?;
-            let estimate = coupled_albedo(coupled, integrand, tolerance, &unspent)?;
+            let estimate = coupled_albedo(coupled, target, tolerance, &unspent)?;
             Ok(Estimate {
                 evaluations: estimate.evaluations + unspent.evaluations,
                 ..estimate
@@ -75,7 +66,7 @@ pub fn unspent(coupled: &DiffuseSpecular, tolerance: f64) -> Result<Estimate, In
             ..bound(lost)
         });
     }
-    let rho = quadrature(coupled.specular(), Integrand::RhoHh, tolerance)?;
+    let rho = quadrature(coupled.specular(), Target::rho_hh(), tolerance)?;
     Ok(Estimate {
         value: DVec3::ONE - ks * rho.value,
         error: ks * rho.error,
@@ -89,33 +80,33 @@ pub fn unspent(coupled: &DiffuseSpecular, tolerance: f64) -> Result<Estimate, In
 /// As [`quadrature`].
 pub fn quadrature_with(
     model: &Model,
-    integrand: Integrand,
+    target: Target,
     tolerance: f64,
     unspent: &Estimate,
 ) -> Result<Estimate, IntegrateError> {
     match model {
-        Model::DiffuseSpecular(coupled) => coupled_albedo(coupled, integrand, tolerance, unspent),
-        other => quadrature(other, integrand, tolerance),
+        Model::DiffuseSpecular(coupled) => coupled_albedo(coupled, target, tolerance, unspent),
+        other => quadrature(other, target, tolerance),
     }
 }
 
 /// The albedo of eq. 28 from those of its specular lobe, which takes what rho_bar leaves of the tolerance.
 fn coupled_albedo(
     coupled: &DiffuseSpecular,
-    integrand: Integrand,
+    target: Target,
     tolerance: f64,
     unspent: &Estimate,
 ) -> Result<Estimate, IntegrateError> {
-    match integrand {
-        Integrand::RhoHd(_) => {
-            let rho = quadrature(coupled.specular(), integrand, (1.0 - UNSPENT_SHARE) * tolerance)?;
+    match target.outgoing {
+        Some(_) => {
+            let rho = quadrature(coupled.specular(), target, (1.0 - UNSPENT_SHARE) * tolerance)?;
             Ok(Estimate {
                 value: coupled.total_albedo(rho.value, unspent.value),
                 error: coupled.total_albedo_error(rho.value, rho.error, unspent.value, unspent.error),
                 ..rho
             })
         }
-        Integrand::RhoHh => Ok(Estimate {
+        None => Ok(Estimate {
             value: coupled.total_mean_albedo(unspent.value),
             evaluations: 0,
             // the slope in 1 - ks rho_bar is between -1 and 1

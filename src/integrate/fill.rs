@@ -166,9 +166,10 @@ pub(super) fn integrals(
                 .enumerate()
                 .map(|(i, place)| {
                     let target = match plan.quantity {
-                        Quantity::RhoHd => Target::RhoHd { mu: place[0], phi: 0.0 },
-                        Quantity::RhoHh => Target::RhoHh,
+                        Quantity::RhoHd => Target::rho_hd(place[0], 0.0),
+                        Quantity::RhoHh => Target::rho_hh(),
                     };
+                    let target = target.of(plan.lobe);
                     let cell = first_cell.wrapping_add(start + i as u64);
                     let estimate = integrator.estimate(target, cell).map_err(failed(place));
                     progress(1);

@@ -1,35 +1,12 @@
 //! The choice of an estimator for a model, and its run.
 
-use super::deterministic::{Integrand, UNSPENT_SHARE, closed_form, quadrature, quadrature_with, unspent};
-use super::monte_carlo::{self, Outgoing, Samples, outgoing};
-use super::{Effort, Estimate, Estimator, IntegrateError, coupled_bxdf};
-use crate::bxdf::{Bxdf, CoupledBxdf, Model, Sampling};
+use super::deterministic::{UNSPENT_SHARE, closed_form, quadrature, quadrature_with, unspent};
+use super::monte_carlo::{self, Outgoing, Samples, Trial, outgoing};
+use super::{Effort, Estimate, Estimator, IntegrateError, Target, coupled_bxdf};
+use crate::bxdf::{Bxdf, CoupledBxdf, Model};
 
 /// Most samples that a tolerance may ask for: some minutes of one core.
 const SAMPLE_LIMIT: u64 = 1 << 34;
-
-/// The quantity and the direction that an estimate is for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Target {
-    /// rho_hd at cos theta_o = `mu` and azimuth `phi` in radians.
-    RhoHd {
-        /// Cosine in [0, 1].
-        mu: f64,
-        /// Azimuth in radians.
-        phi: f64,
-    },
-    /// rho_hh.
-    RhoHh,
-}
-
-impl Target {
-    fn integrand(self) -> Integrand {
-        match self {
-            Self::RhoHd { mu, .. } => Integrand::RhoHd(mu),
-            Self::RhoHh => Integrand::RhoHh,
-        }
-    }
-}
 
 /// A model with the estimator that computes its integrals.
 pub struct Integrator<'a> {
@@ -109,27 +86,29 @@ impl<'a> Integrator<'a> {
             seed,
         } = self.effort;
         match (self.estimator, &self.bxdf) {
-            (Estimator::MonteCarlo(sampling), Some(bxdf)) => {
-                let outgoing = match target {
-                    Target::RhoHd { mu, phi } => outgoing(mu, phi),
-                    Target::RhoHh => Outgoing::Cosine,
-                };
-                let samples = samples.map_or(
+            (Estimator::MonteCarlo(sampling), Some(bxdf)) => bxdf.estimate(Trial {
+                sampling,
+                lobe: target.lobe,
+                outgoing: target
+                    .outgoing
+                    .map_or(Outgoing::Cosine, |angles| outgoing(angles.mu, angles.phi)),
+                samples: samples.map_or(
                     Samples::UpTo {
                         tolerance,
                         limit: SAMPLE_LIMIT,
                     },
                     Samples::Fixed,
-                );
-                bxdf.estimate(sampling, outgoing, samples, seed, cell)
-            }
+                ),
+                seed,
+                cell,
+            }),
             (Estimator::ClosedForm, _) => match closed_form(self.model) {
                 Some(estimate) => Ok(estimate),
-                None => quadrature(self.model, target.integrand(), tolerance),
+                None => quadrature(self.model, target, tolerance),
             },
             _ => match &self.unspent {
-                Some(unspent) => quadrature_with(self.model, target.integrand(), tolerance, unspent),
-                None => quadrature(self.model, target.integrand(), tolerance),
+                Some(unspent) => quadrature_with(self.model, target, tolerance, unspent),
+                None => quadrature(self.model, target, tolerance),
             },
         }
     }
@@ -154,20 +133,13 @@ fn plain(model: &Model) -> &dyn Bxdf {
 }
 
 impl Sampled<'_> {
-    fn estimate(
-        &self,
-        sampling: Sampling,
-        outgoing: Outgoing,
-        samples: Samples,
-        seed: u64,
-        cell: u64,
-    ) -> Result<Estimate, IntegrateError> {
+    fn estimate(&self, trial: Trial) -> Result<Estimate, IntegrateError> {
         match self {
-            Self::Plain(bxdf) => monte_carlo::estimate(*bxdf, sampling, outgoing, samples, seed, cell),
+            Self::Plain(bxdf) => monte_carlo::estimate(*bxdf, trial),
             Self::Coupled(bxdf) => {
-                let estimate = monte_carlo::estimate(bxdf.as_ref(), sampling, outgoing, samples, seed, cell)?;
+                let estimate = monte_carlo::estimate(bxdf.as_ref(), trial)?;
                 // the curve that the coupling reads its albedo from is off by a little everywhere
-                let curve = match outgoing {
+                let curve = match trial.outgoing {
                     Outgoing::Fixed(wo) => bxdf.albedo_error(wo.z),
                     Outgoing::Cosine => bxdf.albedo_error(1.0).max(bxdf.albedo_error(0.0)),
                 };

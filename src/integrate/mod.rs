@@ -13,12 +13,14 @@ mod microfacet_hd;
 mod microfacet_hh;
 pub mod monte_carlo;
 mod segment;
+mod target;
 
 pub use coupled::coupled_bxdf;
 pub use fill::{FillError, Progress, fill, work};
-pub use integrator::{Integrator, Target};
+pub use integrator::Integrator;
+pub use target::{Angles, Target};
 
-pub use crate::estimate::{Effort, ErrorKind, Estimate, Estimator};
+pub use crate::estimate::{Effort, ErrorKind, Estimate, Estimator, Lobe};
 
 use crate::numerics::quadrature::NotConverged;
 use thiserror::Error;

@@ -3,7 +3,7 @@
 //! Samples come in batches, each from a random stream that is a function of seed, cell and batch alone, and batches are
 //! merged in order: the result is the same to the bit on any number of threads.
 
-use super::{ErrorKind, Estimate, Estimator, IntegrateError};
+use super::{ErrorKind, Estimate, Estimator, IntegrateError, Lobe};
 use crate::bxdf::{Bxdf, Sampling, cosine_hemisphere};
 use crate::geometry::Polar;
 use crate::numerics::moments::Moments;
@@ -47,7 +47,24 @@ pub enum Outgoing {
     Cosine,
 }
 
-/// Estimates rho_hd or rho_hh of `bxdf`; `cell` and `seed` name the random streams.
+/// What to sample, how often, and with which random numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trial {
+    /// How directions are drawn.
+    pub sampling: Sampling,
+    /// The side that counts.
+    pub lobe: Lobe,
+    /// The fixed direction, or none.
+    pub outgoing: Outgoing,
+    /// How many.
+    pub samples: Samples,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Names the random streams together with the seed.
+    pub cell: u64,
+}
+
+/// Estimates rho_hd or rho_hh of one side of `bxdf`.
 ///
 /// With a tolerance the count is fixed by a first batch: n = (t s/tolerance)^2 with a margin for the error of s itself, and
 /// raised while the interval is still too wide.
@@ -55,25 +72,21 @@ pub enum Outgoing {
 /// # Errors
 /// [`IntegrateError::TooManySamples`], [`IntegrateError::TooFewHits`], or [`IntegrateError::Unsupported`] when the model has
 /// no such sampling.
-pub fn estimate<B: Bxdf + ?Sized>(
-    bxdf: &B,
-    sampling: Sampling,
-    outgoing: Outgoing,
-    samples: Samples,
-    seed: u64,
-    cell: u64,
-) -> Result<Estimate, IntegrateError> {
-    let estimator = Estimator::MonteCarlo(sampling);
-    if !bxdf.supports(sampling) {
+pub fn estimate<B: Bxdf + ?Sized>(bxdf: &B, trial: Trial) -> Result<Estimate, IntegrateError> {
+    let estimator = Estimator::MonteCarlo(trial.sampling);
+    if !bxdf.supports(trial.sampling) {
         return Err(IntegrateError::Unsupported {
             estimator,
-            reason: "it has no facet normals; use mc-bxdf or auto",
+            reason: match trial.sampling {
+                Sampling::Uniform | Sampling::Cosine => "it never meets a specular direction; use mc-bxdf or auto",
+                _ => "it has no facet normals; use mc-bxdf or auto",
+            },
         });
     }
-    let draw = |moments: Moments, upto: u64| extend(bxdf, sampling, outgoing, seed, cell, moments, upto);
+    let draw = |moments: Moments, upto: u64| extend(bxdf, trial, moments, upto);
     let mut start = Moments::default();
-    start.expect(peak(bxdf, sampling, outgoing));
-    let moments = match samples {
+    start.expect(peak(bxdf, trial));
+    let moments = match trial.samples {
         Samples::Fixed(count) => draw(start, count),
         Samples::UpTo { tolerance, limit } => {
             let mut moments = draw(start, PILOT.min(limit));
@@ -138,15 +151,8 @@ fn half_width(moments: &Moments) -> DVec3 {
 }
 
 /// Draws samples until there are `upto`, continuing whole batches.
-fn extend<B: Bxdf + ?Sized>(
-    bxdf: &B,
-    sampling: Sampling,
-    outgoing: Outgoing,
-    seed: u64,
-    cell: u64,
-    moments: Moments,
-    upto: u64,
-) -> Moments {
+fn extend<B: Bxdf + ?Sized>(bxdf: &B, trial: Trial, moments: Moments, upto: u64) -> Moments {
+    let Trial { seed, cell, .. } = trial;
     let first = moments.count.div_ceil(BATCH);
     let last = upto.div_ceil(BATCH).max(first);
     let batches: Vec<Moments> = (first..last)
@@ -155,11 +161,13 @@ fn extend<B: Bxdf + ?Sized>(
             let mut stream = Stream::new(StreamId { seed, cell, batch });
             let mut moments = Moments::default();
             for _ in 0..BATCH.min(upto - batch * BATCH) {
-                let wo = match outgoing {
+                let wo = match trial.outgoing {
                     Outgoing::Fixed(wo) => wo,
                     Outgoing::Cosine => cosine_hemisphere([stream.uniform(), stream.uniform()]),
                 };
-                moments.push(bxdf.sample(sampling, wo, stream.uniform3()).weight);
+                let drawn = bxdf.sample(trial.sampling, wo, stream.uniform3());
+                let counts = trial.lobe.holds(wo, drawn.wi);
+                moments.push(if counts { drawn.weight } else { DVec3::ZERO });
             }
             moments
         })
@@ -172,8 +180,8 @@ fn extend<B: Bxdf + ?Sized>(
 /// They may miss a narrow lobe altogether, and would then state a spread without it. The lobe is looked for in the mirror
 /// direction, and up the plane of incidence in octaves of the cosine, where it lies at grazing angles. Where wo is drawn,
 /// its median stands for it: the largest weight of all is at the horizon, and too rare to count.
-fn peak<B: Bxdf + ?Sized>(bxdf: &B, sampling: Sampling, outgoing: Outgoing) -> DVec3 {
-    let wo = match outgoing {
+fn peak<B: Bxdf + ?Sized>(bxdf: &B, trial: Trial) -> DVec3 {
+    let wo = match trial.outgoing {
         Outgoing::Fixed(wo) => wo,
         Outgoing::Cosine => Polar::from_cos(FRAC_1_SQRT_2).direction(0.0),
     };
@@ -185,8 +193,9 @@ fn peak<B: Bxdf + ?Sized>(bxdf: &B, sampling: Sampling, outgoing: Outgoing) -> D
     };
     let octaves = (0..OCTAVES).map(|k| 0.5f64.powi(k));
     let weight = |cos: f64| {
-        let wi = (away * Polar::from_cos(cos).sin).extend(cos);
-        match sampling {
+        let up = if trial.lobe.holds(wo, DVec3::Z) { cos } else { -cos };
+        let wi = (away * Polar::from_cos(cos).sin).extend(up);
+        match trial.sampling {
             Sampling::Uniform => bxdf.f(wo, wi) * (TAU * cos),
             Sampling::Cosine => bxdf.f(wo, wi) * PI,
             Sampling::Normals | Sampling::Visible | Sampling::Bxdf => DVec3::ZERO,

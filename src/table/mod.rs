@@ -52,17 +52,7 @@ named!(
     }
 );
 
-named!(
-    /// The side that light leaves on.
-    Lobe {
-        /// The side of the fixed direction.
-        Reflection = "reflection",
-        /// The other side.
-        Transmission = "transmission",
-    }
-);
-
-pub use crate::estimate::ErrorKind;
+pub use crate::estimate::{ErrorKind, Lobe};
 
 /// How far a linear-filtered lookup strays from the true value anywhere in the domain.
 #[derive(Debug, Clone, PartialEq)]

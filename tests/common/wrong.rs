@@ -1,7 +1,7 @@
 //! Models that are wrong on purpose: a test that lets them pass is decoration.
 
 use glam::DVec3;
-use whitefurnace::bxdf::{Bxdf, BxdfSample, Microfacet, Sampling};
+use whitefurnace::bxdf::{Bxdf, BxdfSample, Flags, Microfacet, Sampling};
 use whitefurnace::geometry::reflect;
 use whitefurnace::spectrum::Channels;
 
@@ -29,6 +29,10 @@ pub(crate) struct Wrong {
 impl Bxdf for Wrong {
     fn channels(&self) -> Channels {
         self.lobe.channels()
+    }
+
+    fn flags(&self) -> Flags {
+        self.lobe.flags()
     }
 
     fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
