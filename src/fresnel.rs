@@ -141,7 +141,7 @@ impl Fresnel {
                 for (eta, k) in distinct([eta.value(), k.value()]) {
                     let size = eta.hypot(k);
                     edges.extend(scales(size, LARGEST_SCALE).map(smooth_edge));
-                    edges.extend(scales(size.recip(), LARGEST_POLE).map(smooth_edge));
+                    edges.extend(scales(size.recip(), LARGEST_DOUBLE_POLE).map(smooth_edge));
                 }
             }
             Self::None | Self::Schlick { .. } => {}
@@ -166,6 +166,8 @@ pub struct Edge {
 const LARGEST_SCALE: f64 = 0.3;
 /// The same for a pole near cos = 0, which the rules resolve sooner than a branch.
 const LARGEST_POLE: f64 = 0.1;
+/// And for two poles that coincide, as those of the approximate conductor do for small k.
+const LARGEST_DOUBLE_POLE: f64 = 0.25;
 /// Ratio of consecutive splits; a rule of 15 nodes resolves a branch point at that distance to ten digits.
 const SCALE_STEP: f64 = 6.0;
 /// A kink rounded over less than this share of its cosine is near enough to a square root for a variable that suits one.

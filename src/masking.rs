@@ -1,7 +1,6 @@
 //! Masking and shadowing: which part of the facets both directions see.
 
 use crate::distribution::Distribution;
-use crate::geometry::Polar;
 use glam::DVec3;
 
 /// Masking-shadowing terms.
@@ -64,9 +63,9 @@ pub fn sample_visible_groove(distribution: &Distribution, wo: DVec3, u: [f64; 3]
 }
 
 /// Density of [`sample_visible_groove`] over solid angle, p(h) min((o.h)/((n.h)(n.o)), 2), for o.h > 0; 0 otherwise.
-pub fn visible_groove_pdf(distribution: &Distribution, cos_o: f64, theta_h: Polar, cos_d: f64) -> f64 {
+pub fn visible_groove_pdf(distribution: &Distribution, cos_o: f64, h: DVec3, cos_d: f64) -> f64 {
     if cos_d <= 0.0 {
         return 0.0;
     }
-    distribution.p(theta_h) * (cos_d / (theta_h.cos * cos_o)).min(2.0)
+    distribution.p(h) * (cos_d / (h.z * cos_o)).min(2.0)
 }

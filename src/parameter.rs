@@ -76,6 +76,8 @@ impl Legal {
 pub const KAPPA: Legal = Legal::new("kappa", 0.0, 1e12);
 /// Root-mean-square slope of the Beckmann distribution.
 pub const BECKMANN_M: Legal = Legal::new("m", 1e-6, 10.0);
+/// Slope width of the GGX distribution.
+pub const GGX_ALPHA: Legal = Legal::new("alpha", 1e-6, 10.0);
 /// Exponent of the normalised Phong distribution.
 pub const PHONG_N: Legal = Legal::new("n", 0.0, 1e8);
 /// Relative index of refraction, transmitted over incident side.

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 use whitefurnace::bxdf::{Bxdf, Coupling, DiffuseSpecular, Lambertian, Microfacet, Model, Sampling};
-use whitefurnace::distribution::{Distribution, Family};
+use whitefurnace::distribution::{Family, Isotropic};
 use whitefurnace::estimate::{Effort, Estimate, Estimator};
 use whitefurnace::fresnel::Fresnel;
 use whitefurnace::integrate::deterministic::quadrature;
@@ -27,7 +27,7 @@ fn fresnels() -> [Fresnel; 4] {
 }
 
 /// Any width from almost none to almost a hemisphere.
-fn random_lobe(family: u64, random: &mut Stream) -> Distribution {
+fn random_lobe(family: u64, random: &mut Stream) -> Isotropic {
     match family {
         0 => Family::Vmf.with(10f64.powf(8.0 * random.uniform() - 1.0)),
         1 => Family::Beckmann.with(10f64.powf(-3.0 * random.uniform())),

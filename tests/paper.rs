@@ -7,7 +7,7 @@ use common::rules::both_ends;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use whitefurnace::bxdf::{Bxdf, Coupling, DiffuseSpecular, Lambertian, Microfacet, Model};
-use whitefurnace::distribution::Distribution;
+use whitefurnace::distribution::Isotropic;
 use whitefurnace::fresnel::Fresnel;
 use whitefurnace::geometry::Polar;
 use whitefurnace::integrate::deterministic::{quadrature, unspent};
@@ -16,7 +16,7 @@ use whitefurnace::masking::Masking;
 use whitefurnace::spectrum::Spectrum;
 
 /// rho_hd to 1e-10.
-fn rho(distribution: Distribution, fresnel: Fresnel, mu: f64) -> f64 {
+fn rho(distribution: Isotropic, fresnel: Fresnel, mu: f64) -> f64 {
     let model = Model::Microfacet(grooves(distribution, fresnel));
     quadrature(&model, Target::rho_hd(mu, 0.0), 1e-10).unwrap().value.x
 }
@@ -61,7 +61,7 @@ fn densities_are_the_printed_ones() {
 }
 
 /// int max(0, o.h) G1(o, h) D(h) dh, or with |o.h| in place of the indicator; over n.o.
-fn visible_facets(d: &Distribution, mu: f64, indicator: bool) -> f64 {
+fn visible_facets(d: &Isotropic, mu: f64, indicator: bool) -> f64 {
     let wo = Polar::from_cos(mu);
     let total = both_ends(0.0, FRAC_PI_2, 24, 4, |theta| {
         let theta = Polar::from_angle(theta);
@@ -112,7 +112,7 @@ fn narrow_lobes_tend_to_the_fresnel_term() {
     for fresnel in [methanol(), aluminium(), Fresnel::None] {
         for mu in [0.3, 0.7, 1.0] {
             let smooth = fresnel.reflectance(mu).x;
-            let families: [[Distribution; 4]; 3] = [
+            let families: [[Isotropic; 4]; 3] = [
                 [1e3, 1e5, 1e7, 1e12].map(vmf),
                 [1e-2, 1e-3, 1e-4, 1e-6].map(beckmann),
                 [1e3, 1e5, 1e7, 1e8].map(phong),

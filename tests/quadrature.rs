@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use whitefurnace::bxdf::{Coupling, DiffuseSpecular, Microfacet, Model};
-use whitefurnace::distribution::Distribution;
+use whitefurnace::distribution::Isotropic;
 use whitefurnace::fresnel::Fresnel;
 use whitefurnace::integrate::deterministic::{quadrature, unspent};
 use whitefurnace::integrate::{Angles, Estimate, Target};
@@ -136,7 +136,7 @@ fn values_agree_with_brute_force() {
     let phong_p = |n: f64| move |c: f64| (n + 2.0) / TAU * c.powf(n + 1.0);
     type Density = Box<dyn Fn(f64) -> f64 + Sync>;
     // beyond the given angle the lobe holds less than 1e-12
-    let lobes: [(Distribution, Density, f64); 7] = [
+    let lobes: [(Isotropic, Density, f64); 7] = [
         (vmf(0.5), Box::new(vmf_p(0.5)), FRAC_PI_2),
         (vmf(17.0), Box::new(vmf_p(17.0)), FRAC_PI_2),
         (vmf(1e4), Box::new(vmf_p(1e4)), 0.08),
@@ -191,7 +191,7 @@ fn ten_digits_are_within_reach() {
         Fresnel::conductor_approximate(Spectrum::grey(0.769), Spectrum::grey(6.08)).unwrap(),
         Fresnel::schlick(Spectrum::rgb([0.04, 0.5, 1.0])).unwrap(),
     ];
-    let cells: Vec<(Distribution, Fresnel)> = distributions()
+    let cells: Vec<(Isotropic, Fresnel)> = distributions()
         .into_iter()
         .flat_map(|d| fresnels.map(|fresnel| (d, fresnel)))
         .collect();
@@ -246,7 +246,7 @@ fn evaluations_are_few() {
 /// rho_hh is the cosine-weighted mean of rho_hd: two routes through the code that share little.
 #[test]
 fn mean_of_directions_is_the_hemispherical_albedo() {
-    let cells: Vec<(Distribution, Fresnel, Masking)> = [vmf(0.0), vmf(17.0), vmf(1024.0), beckmann(0.3), phong(48.0)]
+    let cells: Vec<(Isotropic, Fresnel, Masking)> = [vmf(0.0), vmf(17.0), vmf(1024.0), beckmann(0.3), phong(48.0)]
         .into_iter()
         .flat_map(|d| [Fresnel::None, methanol(), aluminium(), dielectric(1.0 / 1.5)].map(|fresnel| (d, fresnel)))
         .flat_map(|(d, fresnel)| [Masking::VGroove, Masking::None].map(|masking| (d, fresnel, masking)))

@@ -29,13 +29,13 @@ impl Microfacet {
     /// [`ParameterError`] outside that range.
     pub fn new(
         reflectance: Spectrum,
-        distribution: Distribution,
+        distribution: impl Into<Distribution>,
         masking: Masking,
         fresnel: Fresnel,
     ) -> Result<Self, ParameterError> {
         Ok(Self {
             reflectance: reflectance.check(REFLECTANCE)?,
-            distribution,
+            distribution: distribution.into(),
             masking,
             fresnel,
         })
@@ -87,14 +87,13 @@ impl Bxdf for Microfacet {
         let Some(half) = half_vector(wo, wi) else {
             return DVec3::ZERO;
         };
-        let theta_h = Polar::of(half.wh);
         let cosines = Cosines {
             o: wo.z,
             i: wi.z,
-            h: theta_h.cos,
+            h: half.wh.z,
             d: half.cos_d,
         };
-        let shape = self.masking.shape(cosines) * self.distribution.p(theta_h);
+        let shape = self.masking.shape(cosines) * self.distribution.p(half.wh);
         self.facet_reflectance(half.cos_d) * shape
     }
 
@@ -105,7 +104,7 @@ impl Bxdf for Microfacet {
         if half.wh.z <= 0.0 {
             return 0.0;
         }
-        visible_groove_pdf(&self.distribution, wo.z, Polar::of(half.wh), half.cos_d) / (4.0 * half.cos_d)
+        visible_groove_pdf(&self.distribution, wo.z, half.wh, half.cos_d) / (4.0 * half.cos_d)
     }
 
     /// Visible normals.
@@ -134,7 +133,7 @@ impl Bxdf for Microfacet {
                 let weight = self.facet_reflectance(cosines.d) * self.masking.weight(cosines);
                 BxdfSample {
                     wi,
-                    pdf: self.distribution.p(Polar::of(wm)) / (4.0 * cosines.d),
+                    pdf: self.distribution.p(wm) / (4.0 * cosines.d),
                     weight,
                     flags: self.flags(),
                 }
@@ -147,7 +146,7 @@ impl Bxdf for Microfacet {
                 };
                 let density = (cosines.d / (cosines.h * cosines.o)).min(2.0);
                 let weight = self.facet_reflectance(cosines.d) * (self.masking.weight(cosines) / density);
-                let pdf = self.distribution.p(Polar::of(wm)) * density / (4.0 * cosines.d);
+                let pdf = self.distribution.p(wm) * density / (4.0 * cosines.d);
                 let flags = self.flags();
                 BxdfSample { wi, pdf, weight, flags }
             }

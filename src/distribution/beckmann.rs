@@ -21,6 +21,16 @@ impl Beckmann {
         })
     }
 
+    /// A profile of an anisotropic distribution, between two legal ones.
+    pub(super) fn between(m: f64) -> Self {
+        Self { m }
+    }
+
+    /// Root-mean-square slope.
+    pub fn m(&self) -> f64 {
+        self.m
+    }
+
     pub(super) fn p(&self, theta: Polar) -> f64 {
         self.over_power(theta, 3)
     }

@@ -19,6 +19,11 @@ impl Phong {
         Ok(Self { n: PHONG_N.check(n)? })
     }
 
+    /// A profile of an anisotropic distribution, between two legal ones.
+    pub(super) fn between(n: f64) -> Self {
+        Self { n }
+    }
+
     pub(super) fn p(&self, theta: Polar) -> f64 {
         self.power(theta, self.n + 1.0)
     }

@@ -30,10 +30,18 @@ pub fn closed_form(model: &Model) -> Option<Estimate> {
 pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estimate, IntegrateError> {
     match model {
         Model::Lambertian(lambertian) => Ok(exact(lambertian.albedo())),
-        Model::Microfacet(microfacet) => Ok(bound(match target.outgoing {
-            Some(Angles { mu, .. }) => microfacet_hd::rho_hd(microfacet, mu, tolerance)?,
-            None => microfacet_hh::rho_hh(microfacet, tolerance)?,
-        })),
+        Model::Microfacet(microfacet) => {
+            let Some(distribution) = microfacet.distribution.isotropic() else {
+                return Err(IntegrateError::Unsupported {
+                    estimator: Estimator::Quadrature,
+                    reason: "its distribution is anisotropic; use mc-visible",
+                });
+            };
+            Ok(bound(match target.outgoing {
+                Some(Angles { mu, .. }) => microfacet_hd::rho_hd(microfacet, distribution, mu, tolerance)?,
+                None => microfacet_hh::rho_hh(microfacet, distribution, tolerance)?,
+            }))
+        }
         Model::DiffuseSpecular(coupled) => {
             let unspent = unspent(coupled, UNSPENT_SHARE * tolerance)?;
             let estimate = coupled_albedo(coupled, target, tolerance, &unspent)?;
@@ -54,10 +62,11 @@ pub fn unspent(coupled: &DiffuseSpecular, tolerance: f64) -> Result<Estimate, In
     if let Model::Microfacet(microfacet) = coupled.specular()
         && microfacet.masking == Masking::VGroove
         && microfacet.fresnel == Fresnel::None
+        && let Some(distribution) = microfacet.distribution.isotropic()
     {
         // what a narrow lobe loses is of the order of its squared width
-        let width = microfacet.distribution.width();
-        let lost = microfacet_hh::lost_hh(microfacet, tolerance * (width * width).min(1.0))?;
+        let width = distribution.width();
+        let lost = microfacet_hh::lost_hh(distribution, tolerance * (width * width).min(1.0))?;
         let scale = ks * microfacet.reflectance.value();
         let value = (DVec3::ONE - scale) + scale * lost.bounded.value;
         return Ok(Estimate {

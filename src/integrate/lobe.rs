@@ -5,7 +5,7 @@
 //! nothing overflows, and what lies beyond q is at most exp(-q^2/2) times the bound of W.
 
 use super::IntegrateError;
-use crate::distribution::Distribution;
+use crate::distribution::Isotropic;
 use crate::geometry::Polar;
 use crate::numerics::quadrature::{Bounded, Integral, NotConverged, Piece, integrate};
 use glam::DVec3;
@@ -38,7 +38,7 @@ pub(super) struct Kink {
 
 /// A lobe with the angles at which W(theta) has kinks.
 pub(super) struct LobeIntegral<'a> {
-    pub(super) distribution: &'a Distribution,
+    pub(super) distribution: &'a Isotropic,
     /// Angles at which W is not smooth, in any order; only those within (0, pi/2) count.
     pub(super) kinks: &'a [Kink],
     /// W vanishes beyond this angle, itself a kink from below.

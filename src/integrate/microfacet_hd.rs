@@ -1,4 +1,4 @@
-//! rho_hd of a microfacet lobe, deterministically.
+//! rho_hd of an isotropic microfacet lobe of V-grooves or without masking, deterministically.
 //!
 //! rho_hd(o) = int p(h) F(o.h) w(h) dh over o.h > 0 and n.i > 0, with the weight w of [`Masking::weight`]. For a fixed
 //! theta_h everything that w is made of is linear in x = cos phi: o.h = (n.o) cos theta_h (1 + tau x) with
@@ -14,6 +14,7 @@ use super::IntegrateError;
 use super::lobe::{Kink, LobeIntegral, NODE_LIMIT};
 use super::segment::{Segment, azimuth_mean};
 use crate::bxdf::Microfacet;
+use crate::distribution::Isotropic;
 use crate::fresnel::{Edge, Fresnel};
 use crate::geometry::Polar;
 use crate::masking::Masking;
@@ -22,7 +23,12 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
 
 /// rho_hd at cos theta_o = `mu`, with an absolute error of at most `tolerance`.
-pub(super) fn rho_hd(microfacet: &Microfacet, mu: f64, tolerance: f64) -> Result<Integral, IntegrateError> {
+pub(super) fn rho_hd(
+    microfacet: &Microfacet,
+    distribution: &Isotropic,
+    mu: f64,
+    tolerance: f64,
+) -> Result<Integral, IntegrateError> {
     let grooves = microfacet.masking == Masking::VGroove;
     if !grooves && mu == 0.0 {
         return Err(IntegrateError::Diverges);
@@ -31,7 +37,7 @@ pub(super) fn rho_hd(microfacet: &Microfacet, mu: f64, tolerance: f64) -> Result
     let edges = microfacet.fresnel.edges();
     let kinks = kinks(mu, microfacet.masking, &edges);
     let lobe = LobeIntegral {
-        distribution: &microfacet.distribution,
+        distribution,
         kinks: &kinks,
         end: (mu > 0.0).then(|| at_elevation(0.5 * mu.asin())),
         // w <= 2 for grooves; unmasked (n.o) t <= n.o + tan theta_h, largest at the end

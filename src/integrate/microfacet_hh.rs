@@ -1,4 +1,4 @@
-//! rho_hh of a microfacet lobe, deterministically and for any Fresnel term at once.
+//! rho_hh of an isotropic microfacet lobe of V-grooves or without masking, deterministically and for any Fresnel term at once.
 //!
 //! rho_hh = (1/pi) int int f (n.o)(n.i) do di. With di = 4 (o.h) dh and o in polar coordinates (theta_d, phi_d) around h,
 //!
@@ -12,6 +12,7 @@ use super::IntegrateError;
 use super::lobe::{Kink, LobeIntegral, NODE_LIMIT};
 use super::segment::Segment;
 use crate::bxdf::Microfacet;
+use crate::distribution::Isotropic;
 use crate::fresnel::{Edge, Fresnel};
 use crate::geometry::Polar;
 use crate::masking::Masking;
@@ -20,14 +21,18 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_4, PI};
 
 /// rho_hh with an absolute error of at most `tolerance`.
-pub(super) fn rho_hh(microfacet: &Microfacet, tolerance: f64) -> Result<Integral, IntegrateError> {
+pub(super) fn rho_hh(
+    microfacet: &Microfacet,
+    distribution: &Isotropic,
+    tolerance: f64,
+) -> Result<Integral, IntegrateError> {
     if microfacet.masking == Masking::VGroove && microfacet.fresnel == Fresnel::None {
-        let lost = lost_hh(microfacet, tolerance)?;
+        let lost = lost_hh(distribution, tolerance)?;
         return Ok(lost.complement().scaled(microfacet.reflectance.value()));
     }
     let edges = microfacet.fresnel.edges();
     // sin theta_d times the azimuth integral, over pi, is at most 4 in both cases
-    integrate_lobe(microfacet, &edges, 4.0, tolerance, |theta, allowed| {
+    integrate_lobe(distribution, &edges, 4.0, tolerance, |theta, allowed| {
         inner(theta, &edges, FRAC_PI_2, allowed, |delta| {
             let theta_d = Polar {
                 sin: delta.cos,
@@ -43,8 +48,8 @@ pub(super) fn rho_hh(microfacet: &Microfacet, tolerance: f64) -> Result<Integral
 ///
 /// Of the facets that wo sees, the light lost is what wi does not see: the azimuth integral of
 /// min(cos theta_d/(n.h), 2 (n.o)) less the same with n.i, over the half circle where n.i is the smaller.
-pub(super) fn lost_hh(microfacet: &Microfacet, tolerance: f64) -> Result<Integral, IntegrateError> {
-    integrate_lobe(microfacet, &[], 1.0, tolerance, |theta, allowed| {
+pub(super) fn lost_hh(distribution: &Isotropic, tolerance: f64) -> Result<Integral, IntegrateError> {
+    integrate_lobe(distribution, &[], 1.0, tolerance, |theta, allowed| {
         let angle = theta.angle();
         // for theta < pi/4 no groove hides anything beyond delta = 2 theta
         let end = if angle < FRAC_PI_4 { 2.0 * angle } else { FRAC_PI_2 };
@@ -57,7 +62,7 @@ pub(super) fn lost_hh(microfacet: &Microfacet, tolerance: f64) -> Result<Integra
 /// The lobe with the angles theta_h at which the segments are ordered anew: pi/4, pi/3, and where a kink in delta passes an
 /// edge of the Fresnel term.
 fn integrate_lobe(
-    microfacet: &Microfacet,
+    distribution: &Isotropic,
     edges: &[Edge],
     bound: f64,
     tolerance: f64,
@@ -84,7 +89,7 @@ fn integrate_lobe(
         }));
     }
     LobeIntegral {
-        distribution: &microfacet.distribution,
+        distribution,
         kinks: &kinks,
         end: None,
         bound,

@@ -86,7 +86,7 @@ impl DistributionSpec {
     /// # Errors
     /// [`ParameterError`] outside [`Family::legal`].
     pub fn at(&self, roughness: Option<f64>) -> Result<Distribution, ParameterError> {
-        self.family.with(self.roughness.pick(roughness))
+        Ok(self.family.with(self.roughness.pick(roughness))?.into())
     }
 }
 
@@ -289,7 +289,7 @@ mod tests {
     #[test]
     fn a_roughness_replaces_a_range_and_nothing_else() {
         let range = Roughness::Range { min: 1.0, max: 4096.0 };
-        let kappa = |value| Family::Vmf.with(value).unwrap();
+        let kappa = |value| Distribution::from(Family::Vmf.with(value).unwrap());
         for spec in [microfacet(range), coupled(microfacet(range))] {
             assert_eq!(spec.roughness_range(), Some((Family::Vmf, 1.0, 4096.0)));
             assert_eq!(kappa_of(&spec.at(Some(17.0)).unwrap()), kappa(17.0));

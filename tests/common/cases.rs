@@ -1,21 +1,21 @@
 //! Materials by name, and random materials and directions over the whole legal ranges.
 
 use whitefurnace::bxdf::Microfacet;
-use whitefurnace::distribution::{Distribution, Family};
+use whitefurnace::distribution::{Family, Isotropic};
 use whitefurnace::fresnel::Fresnel;
 use whitefurnace::masking::Masking;
 use whitefurnace::numerics::stream::{Stream, StreamId};
 use whitefurnace::spectrum::Spectrum;
 
-pub(crate) fn vmf(kappa: f64) -> Distribution {
+pub(crate) fn vmf(kappa: f64) -> Isotropic {
     Family::Vmf.with(kappa).unwrap()
 }
 
-pub(crate) fn beckmann(m: f64) -> Distribution {
+pub(crate) fn beckmann(m: f64) -> Isotropic {
     Family::Beckmann.with(m).unwrap()
 }
 
-pub(crate) fn phong(n: f64) -> Distribution {
+pub(crate) fn phong(n: f64) -> Isotropic {
     Family::Phong.with(n).unwrap()
 }
 
@@ -25,6 +25,10 @@ pub(crate) fn dielectric(eta: f64) -> Fresnel {
 
 pub(crate) fn conductor(eta: f64, k: f64) -> Fresnel {
     Fresnel::conductor(Spectrum::grey(eta), Spectrum::grey(k)).unwrap()
+}
+
+pub(crate) fn ggx(alpha: f64) -> Isotropic {
+    Family::Ggx.with(alpha).unwrap()
 }
 
 /// Methanol of [Mikkelsen 2009, section 3].
@@ -38,16 +42,17 @@ pub(crate) fn aluminium() -> Fresnel {
 }
 
 /// V-grooves with R = 1.
-pub(crate) fn grooves(distribution: Distribution, fresnel: Fresnel) -> Microfacet {
+pub(crate) fn grooves(distribution: Isotropic, fresnel: Fresnel) -> Microfacet {
     Microfacet::new(Spectrum::grey(1.0), distribution, Masking::VGroove, fresnel).unwrap()
 }
 
 /// Members of every family from the widest to the narrowest.
-pub(crate) fn distributions() -> Vec<Distribution> {
+pub(crate) fn distributions() -> Vec<Isotropic> {
     let mut all = Vec::new();
     all.extend([0.0, 1e-9, 0.5, 17.0, 720.0, 1e5, 1e9, 1e12].map(vmf));
     all.extend([1e-6, 1e-3, 0.2, 1.0, 10.0].map(beckmann));
     all.extend([0.0, 1e-3, 1.0, 48.0, 1e4, 1e8].map(phong));
+    all.extend([1e-6, 1e-3, 0.2, 1.0, 10.0].map(ggx));
     all
 }
 
@@ -82,9 +87,9 @@ impl Dice {
     }
 
     /// Any distribution of the legal range, its ends included.
-    pub(crate) fn distribution(&mut self) -> Distribution {
+    pub(crate) fn distribution(&mut self) -> Isotropic {
         let end = self.uniform() < 0.1;
-        match self.pick(&[Family::Vmf, Family::Beckmann, Family::Phong]) {
+        match self.pick(&Family::ALL) {
             Family::Vmf if end => vmf(self.pick(&[0.0, 1e12])),
             Family::Vmf => {
                 let kappa = self.log(-2.0, 12.0);
@@ -96,6 +101,8 @@ impl Dice {
             }
             Family::Beckmann if end => beckmann(self.pick(&[1e-6, 10.0])),
             Family::Beckmann => beckmann(self.log(-6.0, 1.0).clamp(1e-6, 10.0)),
+            Family::Ggx if end => ggx(self.pick(&[1e-6, 10.0])),
+            Family::Ggx => ggx(self.log(-6.0, 1.0).clamp(1e-6, 10.0)),
             Family::Phong if end => phong(self.pick(&[0.0, 1e8])),
             Family::Phong => {
                 let n = self.log(-2.0, 8.0);
