@@ -138,15 +138,6 @@ impl<S: Bxdf> CoupledBxdf<S> {
         }
     }
 
-    /// Bound of the error that the interpolated specular albedo adds to rho_hd at a direction with cosine `mu`.
-    ///
-    /// The diffuse part integrates to pi base (1 - ks rho(mu)) (1 - ks rho_bar), and the curve is off by at most its error
-    /// in both factors.
-    pub fn albedo_error(&self, mu: f64) -> DVec3 {
-        let error = self.parameters.ks.value() * self.albedo.rho_hd.error();
-        PI * self.base * error * (self.left(mu).abs() + self.albedo.unspent + error)
-    }
-
     /// 1 - ks rho at a direction with cosine `mu`.
     ///
     /// Where rho is 1, the curve's error may take it to the other side of 0; what is 0 within that error is not negative.
@@ -238,6 +229,13 @@ impl<S: Bxdf> Bxdf for CoupledBxdf<S> {
             weight: self.f(wo, wi) * (wi.z.abs() / pdf),
             flags: self.flags() - Flags::SPECULAR,
         }
+    }
+
+    /// The diffuse part integrates to pi base (1 - ks rho(mu)) (1 - ks rho_bar), and the interpolated albedo is off by at
+    /// most its error in both factors.
+    fn albedo_error(&self, mu: f64) -> DVec3 {
+        let error = self.parameters.ks.value() * self.albedo.rho_hd.error();
+        PI * self.base * error * (self.left(mu).abs() + self.albedo.unspent + error)
     }
 
     fn supports(&self, sampling: Sampling) -> bool {

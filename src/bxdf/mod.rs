@@ -77,6 +77,11 @@ pub trait Bxdf: Sync {
     /// Draws wi for the given wo, u uniform in [0, 1)^3.
     fn sample_f(&self, wo: DVec3, u: [f64; 3]) -> BxdfSample;
 
+    /// Bound of the error that interpolated parts of the model add to rho_hd at cos theta_o = `mu`; 0 for formulae.
+    fn albedo_error(&self, _mu: f64) -> DVec3 {
+        DVec3::ZERO
+    }
+
     /// Whether [`Bxdf::sample`] can draw in this way and so reach every part of the model.
     fn supports(&self, sampling: Sampling) -> bool {
         match sampling {
@@ -117,6 +122,44 @@ impl<B: Bxdf + ?Sized> Bxdf for &B {
 
     fn sample_f(&self, wo: DVec3, u: [f64; 3]) -> BxdfSample {
         (**self).sample_f(wo, u)
+    }
+
+    fn albedo_error(&self, mu: f64) -> DVec3 {
+        (**self).albedo_error(mu)
+    }
+
+    fn supports(&self, sampling: Sampling) -> bool {
+        (**self).supports(sampling)
+    }
+
+    fn sample(&self, sampling: Sampling, wo: DVec3, u: [f64; 3]) -> BxdfSample {
+        (**self).sample(sampling, wo, u)
+    }
+}
+
+impl<B: Bxdf + ?Sized> Bxdf for Box<B> {
+    fn channels(&self) -> Channels {
+        (**self).channels()
+    }
+
+    fn flags(&self) -> Flags {
+        (**self).flags()
+    }
+
+    fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        (**self).f(wo, wi)
+    }
+
+    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        (**self).pdf(wo, wi)
+    }
+
+    fn sample_f(&self, wo: DVec3, u: [f64; 3]) -> BxdfSample {
+        (**self).sample_f(wo, u)
+    }
+
+    fn albedo_error(&self, mu: f64) -> DVec3 {
+        (**self).albedo_error(mu)
     }
 
     fn supports(&self, sampling: Sampling) -> bool {

@@ -2,8 +2,8 @@
 
 use super::deterministic::{UNSPENT_SHARE, closed_form, quadrature, quadrature_with, unspent};
 use super::monte_carlo::{self, Outgoing, Samples, Trial, outgoing};
-use super::{Effort, Estimate, Estimator, IntegrateError, Target, coupled_bxdf};
-use crate::bxdf::{Bxdf, CoupledBxdf, Model};
+use super::{Effort, Estimate, Estimator, IntegrateError, Target, sampled};
+use crate::bxdf::{Bxdf, Model};
 
 /// Most samples that a tolerance may ask for: some minutes of one core.
 const SAMPLE_LIMIT: u64 = 1 << 34;
@@ -14,15 +14,9 @@ pub struct Integrator<'a> {
     estimator: Estimator,
     effort: Effort,
     /// The model as a [`Bxdf`], where Monte Carlo needs one.
-    bxdf: Option<Sampled<'a>>,
+    bxdf: Option<Box<dyn Bxdf + 'a>>,
     /// 1 - ks rho_bar, shared by all directions of a coupling.
     unspent: Option<Estimate>,
-}
-
-/// A model that can be sampled; couplings carry their precomputed albedo.
-enum Sampled<'a> {
-    Plain(&'a dyn Bxdf),
-    Coupled(Box<CoupledBxdf<&'a dyn Bxdf>>),
 }
 
 impl<'a> Integrator<'a> {
@@ -86,22 +80,25 @@ impl<'a> Integrator<'a> {
             seed,
         } = self.effort;
         match (self.estimator, &self.bxdf) {
-            (Estimator::MonteCarlo(sampling), Some(bxdf)) => bxdf.estimate(Trial {
-                sampling,
-                lobe: target.lobe,
-                outgoing: target
-                    .outgoing
-                    .map_or(Outgoing::Cosine, |angles| outgoing(angles.mu, angles.phi)),
-                samples: samples.map_or(
-                    Samples::UpTo {
-                        tolerance,
-                        limit: SAMPLE_LIMIT,
-                    },
-                    Samples::Fixed,
-                ),
-                seed,
-                cell,
-            }),
+            (Estimator::MonteCarlo(sampling), Some(bxdf)) => monte_carlo::estimate(
+                bxdf.as_ref(),
+                Trial {
+                    sampling,
+                    lobe: target.lobe,
+                    outgoing: target
+                        .outgoing
+                        .map_or(Outgoing::Cosine, |angles| outgoing(angles.mu, angles.phi)),
+                    samples: samples.map_or(
+                        Samples::UpTo {
+                            tolerance,
+                            limit: SAMPLE_LIMIT,
+                        },
+                        Samples::Fixed,
+                    ),
+                    seed,
+                    cell,
+                },
+            ),
             (Estimator::ClosedForm, _) => match closed_form(self.model) {
                 Some(estimate) => Ok(estimate),
                 None => quadrature(self.model, target, tolerance),
@@ -110,44 +107,6 @@ impl<'a> Integrator<'a> {
                 Some(unspent) => quadrature_with(self.model, target, tolerance, unspent),
                 None => quadrature(self.model, target, tolerance),
             },
-        }
-    }
-}
-
-fn sampled(model: &Model) -> Result<Sampled<'_>, IntegrateError> {
-    Ok(match model {
-        Model::DiffuseSpecular(coupled) => {
-            Sampled::Coupled(Box::new(coupled_bxdf(coupled, plain(coupled.specular()))?))
-        }
-        other => Sampled::Plain(plain(other)),
-    })
-}
-
-fn plain(model: &Model) -> &dyn Bxdf {
-    match model {
-        Model::Lambertian(lambertian) => lambertian,
-        Model::Microfacet(microfacet) => microfacet,
-        // the scene refuses a coupling within a coupling
-        Model::DiffuseSpecular(coupled) => plain(coupled.specular()),
-    }
-}
-
-impl Sampled<'_> {
-    fn estimate(&self, trial: Trial) -> Result<Estimate, IntegrateError> {
-        match self {
-            Self::Plain(bxdf) => monte_carlo::estimate(*bxdf, trial),
-            Self::Coupled(bxdf) => {
-                let estimate = monte_carlo::estimate(bxdf.as_ref(), trial)?;
-                // the curve that the coupling reads its albedo from is off by a little everywhere
-                let curve = match trial.outgoing {
-                    Outgoing::Fixed(wo) => bxdf.albedo_error(wo.z),
-                    Outgoing::Cosine => bxdf.albedo_error(1.0).max(bxdf.albedo_error(0.0)),
-                };
-                Ok(Estimate {
-                    error: estimate.error + curve,
-                    ..estimate
-                })
-            }
         }
     }
 }

@@ -12,12 +12,14 @@ mod lobe;
 mod microfacet_hd;
 mod microfacet_hh;
 pub mod monte_carlo;
+mod sampled;
 mod segment;
 mod target;
 
 pub use coupled::coupled_bxdf;
 pub use fill::{FillError, Progress, fill, work};
 pub use integrator::Integrator;
+pub use sampled::sampled;
 pub use target::{Angles, Target};
 
 pub use crate::estimate::{Effort, ErrorKind, Estimate, Estimator, Lobe};

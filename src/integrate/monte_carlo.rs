@@ -118,9 +118,13 @@ pub fn estimate<B: Bxdf + ?Sized>(bxdf: &B, trial: Trial) -> Result<Estimate, In
     if moments.effective() < FEWEST_HITS && !constant(&moments) {
         return Err(too_few(estimator, &moments));
     }
+    let interpolated = match trial.outgoing {
+        Outgoing::Fixed(wo) => bxdf.albedo_error(wo.z.abs()),
+        Outgoing::Cosine => bxdf.albedo_error(1.0).max(bxdf.albedo_error(0.0)),
+    };
     Ok(Estimate {
         value: moments.mean(),
-        error: half_width(&moments),
+        error: half_width(&moments) + interpolated,
         kind: ErrorKind::Ci99,
         estimator,
         evaluations: moments.count,
