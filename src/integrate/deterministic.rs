@@ -1,6 +1,6 @@
 //! Closed forms and quadrature of the models that scenes name.
 
-use super::{Angles, ErrorKind, Estimate, Estimator, IntegrateError, Target, microfacet_hd, microfacet_hh};
+use super::{Angles, ErrorKind, Estimate, Estimator, IntegrateError, Target, facets, microfacet_hd, microfacet_hh};
 use crate::bxdf::{DiffuseSpecular, Model};
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
@@ -32,10 +32,10 @@ pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estim
         Model::Lambertian(lambertian) => Ok(exact(lambertian.albedo())),
         Model::Microfacet(microfacet) => {
             let Some(distribution) = microfacet.distribution.isotropic() else {
-                return Err(IntegrateError::Unsupported {
-                    estimator: Estimator::Quadrature,
-                    reason: "its distribution is anisotropic; use mc-visible",
-                });
+                return Ok(bound(match target.outgoing {
+                    Some(Angles { mu, phi }) => facets::rho_hd(microfacet, mu, phi, tolerance)?,
+                    None => facets::rho_hh(microfacet, tolerance)?,
+                }));
             };
             Ok(bound(match target.outgoing {
                 Some(Angles { mu, .. }) => microfacet_hd::rho_hd(microfacet, distribution, mu, tolerance)?,

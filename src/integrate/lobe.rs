@@ -127,7 +127,7 @@ impl LobeIntegral<'_> {
 }
 
 /// The pieces between two kinks; long ranges are split so that nothing in them hides between the nodes.
-fn pieces((from, start): (f64, Kink), (to, end): (f64, Kink)) -> Vec<Piece> {
+pub(super) fn pieces((from, start): (f64, Kink), (to, end): (f64, Kink)) -> Vec<Piece> {
     if from == 0.0 || to <= LOGARITHMIC_RATIO * from {
         return vec![Piece::kinked(from, to, start.above, end.below)];
     }

@@ -6,7 +6,9 @@
 mod between;
 mod coupled;
 pub mod deterministic;
+mod facets;
 mod fill;
+mod hemisphere;
 mod integrator;
 mod lobe;
 mod microfacet_hd;

@@ -105,6 +105,8 @@ pub struct Piece {
     log_ratio: Option<f64>,
     /// Coarsest rule that may be believed.
     first_level: usize,
+    /// Whether the variable has the opposite sign.
+    mirror: bool,
 }
 
 impl Piece {
@@ -122,6 +124,7 @@ impl Piece {
             kink_at_end,
             log_ratio: None,
             first_level: 1,
+            mirror: false,
         }
     }
 
@@ -136,6 +139,14 @@ impl Piece {
         }
     }
 
+    /// The same piece at the other side of 0, from -to to -from.
+    pub fn mirrored(self) -> Self {
+        Self {
+            mirror: !self.mirror,
+            ..self
+        }
+    }
+
     /// The same piece with 3 nodes against the midpoint as its first estimate, instead of 7 against 3: for pieces that
     /// contribute little however wrong that is.
     pub fn thin(self) -> Self {
@@ -144,6 +155,11 @@ impl Piece {
 
     /// Integration variable and its derivative at x in [0, 1].
     fn at(&self, x: f64) -> (f64, f64) {
+        let (y, slope) = self.unmirrored(x);
+        (if self.mirror { -y } else { y }, slope)
+    }
+
+    fn unmirrored(&self, x: f64) -> (f64, f64) {
         // the share of the way from the start, from the end, and its slope; each small share keeps its digits
         let (share, rest, slope) = match (self.kink_at_start, self.kink_at_end) {
             (false, false) => (x, 1.0 - x, 1.0),
