@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Duration;
 use whitefurnace::bxdf::{Bxdf, Microfacet, Model, Sampling};
 use whitefurnace::distribution::Family;
-use whitefurnace::estimate::{Effort, Estimator};
+use whitefurnace::estimate::Estimator;
 use whitefurnace::export::exr;
 use whitefurnace::fresnel::Fresnel;
 use whitefurnace::integrate::deterministic::quadrature;
@@ -96,17 +96,15 @@ fn samples(criterion: &mut Criterion) {
 }
 
 fn default_plan() -> Plan {
-    let effort = Effort {
-        tolerance: 1e-6,
-        samples: None,
-        seed: 0,
-    };
     let request = Request {
         resolution: 64,
         roughness_resolution: 32,
         mapping: None,
         estimator: Estimator::Auto,
-        effort,
+        azimuth_resolution: 16,
+        tolerance: None,
+        samples: None,
+        seed: 0,
     };
     Plan::new(&Scene::default_scene(), &request).unwrap()
 }

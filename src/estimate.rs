@@ -1,6 +1,6 @@
 //! The vocabulary of results: how an integral is computed, what came out, and what its error means.
 
-use crate::bxdf::{Flags, Sampling};
+use crate::bxdf::{Flags, Model, Sampling};
 use glam::DVec3;
 use std::fmt;
 use std::str::FromStr;
@@ -88,6 +88,12 @@ pub struct Estimate {
     pub estimator: Estimator,
     /// Evaluations of the integrand; 0 for closed forms.
     pub evaluations: u64,
+}
+
+/// Largest absolute error where nobody asks for another: what a rule integrates at a few hundred evaluations, and for
+/// irregular samples, whose f jumps, what a few million samples know.
+pub fn default_tolerance(model: &Model) -> f64 {
+    if model.is_irregular() { 1e-3 } else { 1e-6 }
 }
 
 /// How much work an estimate may take.

@@ -1,11 +1,14 @@
 //! What a scene calls for: the tables to compute, with their axes, and what is left out and why.
 
-use crate::estimate::{Effort, Estimator};
+use crate::bxdf::{Flags, Model};
+use crate::estimate::{Effort, Estimator, default_tolerance};
+use crate::parameter::ParameterError;
 use crate::scene::{Material, ModelSpec, Scene};
 use crate::spectrum::Channels;
-use crate::table::axis::{Axis, AxisError, Mapping, TexelRule};
+use crate::table::axis::{AZIMUTH, Axis, AxisError, Mapping, TexelRule};
 use crate::table::names::{file_stem, file_stems};
 use crate::table::{Lobe, MAX_TEXELS, Quantity};
+use std::f64::consts::FRAC_PI_2;
 use thiserror::Error;
 
 /// What the caller of a bake may choose.
@@ -15,12 +18,18 @@ pub struct Request {
     pub resolution: usize,
     /// Texels along a roughness axis.
     pub roughness_resolution: usize,
+    /// Texels along an azimuth axis.
+    pub azimuth_resolution: usize,
     /// Mapping of the mu axis; `None` keeps the one whose lookup errs least.
     pub mapping: Option<Mapping>,
     /// How the texels are computed.
     pub estimator: Estimator,
-    /// To which error.
-    pub effort: Effort,
+    /// Largest absolute error of any texel; `None` for [`default_tolerance`] of each model.
+    pub tolerance: Option<f64>,
+    /// Fixed number of Monte Carlo samples instead of the tolerance.
+    pub samples: Option<u64>,
+    /// Seed of the random streams.
+    pub seed: u64,
 }
 
 /// The tables of a scene.
@@ -78,6 +87,9 @@ pub enum PlanError {
     /// An axis of the table.
     #[error(transparent)]
     Axis(#[from] AxisError),
+    /// A model of the scene.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// More texels than a file holds.
     #[error("table {id}: {texels} texels are not allowed: a table has at most {MAX_TEXELS}; lower the resolutions")]
     TooLarge {
@@ -118,74 +130,122 @@ impl Plan {
     }
 }
 
-/// rho_hd and rho_hh of the whole material, and of the specular lobe alone where eq. 28 couples it to a diffuse base.
+/// rho_hd and rho_hh of every side that the material scatters to, and of the specular lobe alone where eq. 28 couples it to a
+/// diffuse base.
 fn material_tables(material: &Material, stem: &str, request: &Request) -> Result<Vec<TablePlan>, PlanError> {
-    let table = |suffix: &str, purpose, quantity, model: &ModelSpec| -> Result<TablePlan, PlanError> {
+    let mut tables = Vec::new();
+    if let ModelSpec::DiffuseSpecular { specular, .. } = &material.model {
+        let purposes = [
+            "rho(mu) of eq. 28, specular lobe with ks = 1",
+            "rho_bar of the specular lobe with ks = 1",
+        ];
+        tables.extend(pair(
+            material,
+            format!("{stem}.specular"),
+            specular,
+            Lobe::Reflection,
+            purposes,
+            request,
+        )?);
+    }
+    let flags = material.model.at(None)?.flags();
+    for lobe in Lobe::ALL.into_iter().filter(|lobe| flags.contains(lobe.flag())) {
+        let (stem, purposes) = match lobe {
+            Lobe::Reflection => (
+                stem.to_owned(),
+                [
+                    "directional albedo of the whole material",
+                    "mean albedo of the whole material",
+                ],
+            ),
+            Lobe::Transmission => (
+                format!("{stem}.transmission"),
+                [
+                    "share of light from one direction that passes",
+                    "mean share of light that passes",
+                ],
+            ),
+        };
+        tables.extend(pair(material, stem, &material.model, lobe, purposes, request)?);
+    }
+    Ok(tables)
+}
+
+/// rho_hd and rho_hh of one side of a model.
+fn pair(
+    material: &Material,
+    stem: String,
+    model: &ModelSpec,
+    lobe: Lobe,
+    purposes: [&'static str; 2],
+    request: &Request,
+) -> Result<[TablePlan; 2], PlanError> {
+    let sample = model.at(None)?;
+    let tolerance = request.tolerance.unwrap_or_else(|| default_tolerance(&sample));
+    let table = |quantity: Quantity, purpose| -> Result<TablePlan, PlanError> {
         let plan = TablePlan {
-            id: format!("{stem}.{suffix}"),
+            id: format!("{stem}.{}", quantity.name()),
             purpose,
             quantity,
-            lobe: Lobe::Reflection,
+            lobe,
             materials: vec![material.name.clone()],
             model: model.clone(),
-            channels: model.channels(),
-            alternatives: alternatives(quantity, model, request)?,
+            channels: sample.channels(),
+            alternatives: alternatives(quantity, model, &sample, request)?,
             estimator: request.estimator,
-            effort: request.effort,
+            effort: Effort {
+                tolerance,
+                samples: request.samples,
+                seed: request.seed,
+            },
         };
         match plan.texels() {
             texels if texels > MAX_TEXELS => Err(PlanError::TooLarge { id: plan.id, texels }),
             _ => Ok(plan),
         }
     };
-    let mut tables = Vec::new();
-    if let ModelSpec::DiffuseSpecular { specular, .. } = &material.model {
-        tables.push(table(
-            "specular.rho_hd",
-            "rho(mu) of eq. 28, specular lobe with ks = 1",
-            Quantity::RhoHd,
-            specular,
-        )?);
-        tables.push(table(
-            "specular.rho_hh",
-            "rho_bar of the specular lobe with ks = 1",
-            Quantity::RhoHh,
-            specular,
-        )?);
-    }
-    tables.push(table(
-        "rho_hd",
-        "directional albedo of the whole material",
-        Quantity::RhoHd,
-        &material.model,
-    )?);
-    tables.push(table(
-        "rho_hh",
-        "mean albedo of the whole material",
-        Quantity::RhoHh,
-        &material.model,
-    )?);
-    Ok(tables)
+    let [hd, hh] = purposes;
+    Ok([table(Quantity::RhoHd, hd)?, table(Quantity::RhoHh, hh)?])
 }
 
-fn alternatives(quantity: Quantity, model: &ModelSpec, request: &Request) -> Result<Vec<Vec<Axis>>, AxisError> {
-    let roughness = roughness_axis(model, request.roughness_resolution)?;
+fn alternatives(
+    quantity: Quantity,
+    spec: &ModelSpec,
+    model: &Model,
+    request: &Request,
+) -> Result<Vec<Vec<Axis>>, AxisError> {
+    let roughness = roughness_axis(spec, request.roughness_resolution)?;
     if quantity == Quantity::RhoHh {
         return Ok(vec![roughness.into_iter().collect()]);
     }
-    let choices = match (request.mapping, model) {
-        (Some(mapping), _) => vec![(mapping, TexelRule::Centres)],
-        // constant: nothing to choose
-        (None, ModelSpec::Lambertian(_)) => vec![(Mapping::Mu, TexelRule::Centres)],
-        (None, _) => MU_AXES.to_vec(),
+    let azimuth = match model.is_anisotropic() {
+        true => Some(azimuth_axis(request.azimuth_resolution)?),
+        false => None,
+    };
+    let choices = match request.mapping {
+        Some(mapping) => vec![(mapping, TexelRule::Centres)],
+        // constant, or known no better than to some per mille: nothing to choose
+        None if matches!(spec, ModelSpec::Lambertian(_)) || model.is_irregular() => {
+            vec![(Mapping::Mu, TexelRule::Centres)]
+        }
+        None => MU_AXES.to_vec(),
     };
     choices
         .into_iter()
         .map(|(mapping, rule)| {
             let mu = Axis::new("mu", mapping, rule, [0.0, 1.0], request.resolution)?;
-            Ok([Some(mu), roughness.clone()].into_iter().flatten().collect())
+            Ok([Some(mu), azimuth.clone(), roughness.clone()]
+                .into_iter()
+                .flatten()
+                .collect())
         })
         .collect()
+}
+
+/// Every anisotropic model is symmetric about both tangents: a quarter of the circle tells all, and both of its ends are
+/// stored, where the albedo is stationary.
+fn azimuth_axis(size: usize) -> Result<Axis, AxisError> {
+    Axis::new(AZIMUTH, Mapping::Linear, TexelRule::Ends, [0.0, FRAC_PI_2], size)
 }
 
 /// The axes to choose from, the simplest for a shader first: u = mu needs no arithmetic, sqrt mu gives the boundary layer at
@@ -210,17 +270,29 @@ fn roughness_axis(model: &ModelSpec, size: usize) -> Result<Option<Axis>, AxisEr
 }
 
 fn left_out(scene: &Scene) -> Vec<LeftOut> {
-    let mut left_out = vec![
-        LeftOut {
+    let mut left_out = Vec::new();
+    let any = |test: fn(&ModelSpec) -> bool| scene.materials.iter().any(|material| test(&material.model));
+    let is = |model: &ModelSpec, test: fn(&Model) -> bool| model.at(None).is_ok_and(|model| test(&model));
+    if !scene
+        .materials
+        .iter()
+        .any(|material| is(&material.model, Model::is_anisotropic))
+    {
+        left_out.push(LeftOut {
             effect: "azimuth axis",
             reason: "every material is isotropic".into(),
-        },
-        LeftOut {
+        });
+    }
+    if !scene
+        .materials
+        .iter()
+        .any(|material| is(&material.model, |model| model.flags().contains(Flags::TRANSMISSION)))
+    {
+        left_out.push(LeftOut {
             effect: "transmission",
             reason: "no material transmits light".into(),
-        },
-    ];
-    let any = |test: fn(&ModelSpec) -> bool| scene.materials.iter().any(|material| test(&material.model));
+        });
+    }
     if !any(|model| model.roughness_range().is_some()) {
         left_out.push(LeftOut {
             effect: "roughness axis",

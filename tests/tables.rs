@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 use whitefurnace::bxdf::{Coupling, DiffuseSpecular, Model};
-use whitefurnace::estimate::{Effort, Estimate, Estimator};
+use whitefurnace::estimate::{Estimate, Estimator};
 use whitefurnace::export::read::{Contents, read_exr};
 use whitefurnace::export::{exr, write};
 use whitefurnace::integrate::deterministic::quadrature;
@@ -26,11 +26,10 @@ fn baked(scene: &Scene, resolution: usize) -> Vec<Stored> {
         roughness_resolution: 32,
         mapping: None,
         estimator: Estimator::Auto,
-        effort: Effort {
-            tolerance: 1e-6,
-            samples: None,
-            seed: 0,
-        },
+        azimuth_resolution: 16,
+        tolerance: None,
+        samples: None,
+        seed: 0,
     };
     let directory = tempfile::tempdir().unwrap();
     let stored = |plan: TablePlan| {

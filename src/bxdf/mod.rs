@@ -8,11 +8,13 @@ mod diffuse_specular;
 mod flags;
 mod lambertian;
 mod microfacet;
+mod model;
 
 pub use diffuse_specular::{CoupledBxdf, Coupling, DiffuseSpecular, SpecularAlbedo};
 pub use flags::Flags;
 pub use lambertian::Lambertian;
 pub use microfacet::Microfacet;
+pub use model::Model;
 
 use crate::geometry::Polar;
 use crate::spectrum::Channels;
@@ -223,26 +225,4 @@ pub fn cosine_hemisphere(u: [f64; 2]) -> DVec3 {
         cos: (1.0 - u[0]).sqrt(),
     }
     .direction(TAU * u[1])
-}
-
-/// The models that a scene can name.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Model {
-    /// Ideal diffuse reflection.
-    Lambertian(Lambertian),
-    /// Microfacet reflection.
-    Microfacet(Microfacet),
-    /// A specular lobe over a diffuse base.
-    DiffuseSpecular(Box<DiffuseSpecular>),
-}
-
-impl Model {
-    /// Number of independent channels of f.
-    pub fn channels(&self) -> Channels {
-        match self {
-            Self::Lambertian(lambertian) => lambertian.channels(),
-            Self::Microfacet(microfacet) => microfacet.channels(),
-            Self::DiffuseSpecular(coupled) => coupled.channels(),
-        }
-    }
 }

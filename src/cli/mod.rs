@@ -11,7 +11,8 @@ use clap::{Args, Parser, Subcommand};
 use std::error::Error;
 use std::fmt;
 use std::path::PathBuf;
-use whitefurnace::estimate::{Effort, Estimator};
+use whitefurnace::bxdf::Model;
+use whitefurnace::estimate::{Effort, Estimator, default_tolerance};
 use whitefurnace::plan::Request;
 use whitefurnace::scene::Scene;
 use whitefurnace::table::axis::Mapping;
@@ -56,9 +57,9 @@ struct Common {
     /// How integrals are computed: auto, closed-form, quadrature, mc-uniform, mc-cosine, mc-normals, mc-visible, mc-bxdf.
     #[arg(long, default_value = "auto", value_name = "NAME")]
     estimator: Estimator,
-    /// Largest absolute error of any value, 1e-12 to 0.5.
-    #[arg(long, default_value = "1e-6", value_name = "ERROR", value_parser = number::tolerance)]
-    tolerance: f64,
+    /// Largest absolute error of any value, 1e-12 to 0.5; by default 1e-6, and 1e-3 for irregular measured samples.
+    #[arg(long, value_name = "ERROR", value_parser = number::tolerance)]
+    tolerance: Option<f64>,
     /// Fixed number of Monte Carlo samples instead of the tolerance, 2 to 2^40.
     #[arg(long, value_name = "N", value_parser = number::samples)]
     samples: Option<u64>,
@@ -82,6 +83,9 @@ struct Shape {
     /// Texels along a roughness axis, 2 to 16384.
     #[arg(long, default_value_t = 32, value_name = "N", value_parser = number::resolution)]
     roughness_resolution: usize,
+    /// Texels along the azimuth of anisotropic materials, 2 to 16384.
+    #[arg(long, default_value_t = 16, value_name = "N", value_parser = number::resolution)]
+    azimuth_resolution: usize,
     /// Mapping of the mu axis: mu, sqrt-mu, or auto, which measures both and keeps the better.
     #[arg(long, default_value = "auto", value_name = "MAPPING", value_parser = number::mapping)]
     axis: AxisChoice,
@@ -142,25 +146,32 @@ impl Common {
     }
 
     /// Deterministic estimators draw no samples; who fixes their number gets told.
-    fn effort(&self) -> Effort {
+    fn tell_unused(&self) {
         if self.samples.is_some() && !matches!(self.estimator, Estimator::MonteCarlo(_)) {
             let estimator = self.estimator;
             eprintln!("note: --samples has no effect on --estimator {estimator}, which meets the tolerance instead");
         }
+    }
+
+    fn effort(&self, model: &Model) -> Effort {
         Effort {
-            tolerance: self.tolerance,
+            tolerance: self.tolerance.unwrap_or_else(|| default_tolerance(model)),
             samples: self.samples,
             seed: self.seed,
         }
     }
 
     fn request(&self, shape: &Shape) -> Request {
+        self.tell_unused();
         Request {
             resolution: shape.resolution,
             roughness_resolution: shape.roughness_resolution,
+            azimuth_resolution: shape.azimuth_resolution,
             mapping: shape.axis.0,
             estimator: self.estimator,
-            effort: self.effort(),
+            tolerance: self.tolerance,
+            samples: self.samples,
+            seed: self.seed,
         }
     }
 

@@ -7,7 +7,7 @@ use std::time::Instant;
 use whitefurnace::integrate::{Integrator, Target, work};
 use whitefurnace::plan::{Plan, TablePlan};
 use whitefurnace::table::Quantity;
-use whitefurnace::table::axis::Axis;
+use whitefurnace::table::axis::{AZIMUTH, Axis, MU};
 
 /// Arguments of `furnace plan`.
 #[derive(Debug, Args)]
@@ -24,6 +24,9 @@ struct Cost {
     evaluations: f64,
     seconds: f64,
 }
+
+/// Azimuth at which it is: neither tangent.
+const PROBE_AZIMUTH: f64 = 0.7;
 
 /// Cosines at which the cost of a direction is sampled.
 const PROBES: [f64; 4] = [0.02, 0.15, 0.45, 0.85];
@@ -46,7 +49,7 @@ impl PlanCommand {
 /// Integrates at a few directions in the middle of the roughness range and scales up.
 fn cost(table: &TablePlan) -> Result<Cost, Failure> {
     let mut axes = table.alternatives.iter().flatten();
-    let roughness = axes.find(|axis| axis.parameter != "mu");
+    let roughness = axes.find(|axis| axis.parameter != MU && axis.parameter != AZIMUTH);
     let middle = roughness.map(|axis| axis.value(0.5));
     // what directions share is computed anew for each roughness
     let shared = roughness.map_or(1, |axis| axis.size) as f64;
@@ -56,7 +59,7 @@ fn cost(table: &TablePlan) -> Result<Cost, Failure> {
     let targets: Vec<Target> = match table.quantity {
         Quantity::RhoHd => PROBES
             .iter()
-            .map(|mu| Target::rho_hd(*mu, 0.0).of(table.lobe))
+            .map(|mu| Target::rho_hd(*mu, PROBE_AZIMUTH).of(table.lobe))
             .collect(),
         Quantity::RhoHh => vec![Target::rho_hh().of(table.lobe)],
     };

@@ -6,7 +6,7 @@ use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::fmt::Display;
 use std::time::Instant;
-use whitefurnace::estimate::{Effort, Estimate};
+use whitefurnace::estimate::{Estimate, Lobe};
 use whitefurnace::integrate::{IntegrateError, Integrator, Target};
 use whitefurnace::scene::Material;
 use whitefurnace::spectrum::Channels;
@@ -49,6 +49,7 @@ struct Row<'a> {
     material: &'a Material,
     /// Name and value, where the scene gives a range.
     roughness: Option<(&'static str, f64)>,
+    lobe: Lobe,
     direction: Option<Direction>,
     channels: Channels,
     estimate: Estimate,
@@ -79,13 +80,13 @@ impl Rho {
                     .map(|roughness| (material, roughness)),
             );
         }
-        let effort = self.common.effort();
+        self.common.tell_unused();
         let targets: Vec<Option<Direction>> = directions.into_iter().map(Some).chain(hh.then_some(None)).collect();
         let bar = format::progress((cases.len() * targets.len()) as u64, "integrating");
         let rows = self.common.in_pool(|| {
             let mut rows = Vec::new();
             for (material, roughness) in cases {
-                rows.extend(self.rows(material, roughness, &targets, effort, &bar)?);
+                rows.extend(self.rows(material, roughness, &targets, &bar)?);
             }
             Ok(rows)
         })?;
@@ -146,7 +147,6 @@ impl Rho {
         material: &'a Material,
         roughness: Option<(&'static str, f64)>,
         targets: &[Option<Direction>],
-        effort: Effort,
         bar: &ProgressBar,
     ) -> Result<Vec<Row<'a>>, Failure> {
         let failed = |error: &dyn Display| format!("material `{}`: {error}", material.name);
@@ -155,35 +155,43 @@ impl Rho {
             .model
             .at(roughness.map(|(_, value)| value))
             .map_err(|error| failed(&error))?;
+        let effort = self.common.effort(&model);
         let integrator = Integrator::new(&model, self.common.estimator, effort).map_err(|error| failed(&error))?;
         let mut shared = (integrator.shared_evaluations(), start.elapsed().as_secs_f64());
         let mut rows = Vec::new();
+        let lobes: Vec<Lobe> = Lobe::ALL
+            .into_iter()
+            .filter(|lobe| model.flags().contains(lobe.flag()))
+            .collect();
         for (cell, direction) in targets.iter().copied().enumerate() {
-            let start = Instant::now();
-            let target = direction.map_or(Target::rho_hh(), |direction| {
-                Target::rho_hd(direction.mu, direction.phi_deg.to_radians())
-            });
-            let result = integrator.estimate(target, cell as u64);
+            for lobe in lobes.iter().copied() {
+                let start = Instant::now();
+                let target = direction.map_or(Target::rho_hh(), |direction| {
+                    Target::rho_hd(direction.mu, direction.phi_deg.to_radians())
+                });
+                let result = integrator.estimate(target.of(lobe), cell as u64);
+                let mut estimate = match result {
+                    // nobody asked for this angle in particular
+                    Err(error @ IntegrateError::Diverges) if self.default_angles() => {
+                        bar.suspend(|| eprintln!("note: {}", failed(&error)));
+                        continue;
+                    }
+                    estimate => estimate.map_err(|error| failed(&error))?,
+                };
+                estimate.evaluations += shared.0;
+                let seconds = start.elapsed().as_secs_f64() + shared.1;
+                rows.push(Row {
+                    material,
+                    roughness,
+                    lobe,
+                    direction,
+                    channels: model.channels(),
+                    estimate,
+                    seconds,
+                });
+                shared = (0, 0.0);
+            }
             bar.inc(1);
-            let mut estimate = match result {
-                // nobody asked for this angle in particular
-                Err(error @ IntegrateError::Diverges) if self.default_angles() => {
-                    bar.suspend(|| eprintln!("note: {}", failed(&error)));
-                    continue;
-                }
-                estimate => estimate.map_err(|error| failed(&error))?,
-            };
-            estimate.evaluations += shared.0;
-            let seconds = start.elapsed().as_secs_f64() + shared.1;
-            rows.push(Row {
-                material,
-                roughness,
-                direction,
-                channels: model.channels(),
-                estimate,
-                seconds,
-            });
-            shared = (0, 0.0);
         }
         Ok(rows)
     }
@@ -218,7 +226,7 @@ impl Row<'_> {
         let mut value = json!({
             "material": self.material.name,
             "quantity": self.quantity(),
-            "lobe": "reflection",
+            "lobe": self.lobe.name(),
             "mu": self.direction.map(|direction| direction.mu),
             "phi_deg": self.direction.map(|direction| direction.phi_deg),
             "value": self.channels.of(self.estimate.value),
@@ -243,6 +251,7 @@ impl Row<'_> {
         vec![
             name,
             self.quantity().into(),
+            self.lobe.name().into(),
             direction(|direction| format!("{:.4}", direction.theta_deg)),
             direction(|direction| format!("{:.6}", direction.mu)),
             direction(|direction| format!("{}", direction.phi_deg)),
@@ -260,6 +269,7 @@ fn report(rows: &[Row]) {
     let header = [
         "material",
         "quantity",
+        "lobe",
         "theta/deg",
         "mu",
         "phi/deg",

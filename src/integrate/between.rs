@@ -1,22 +1,26 @@
 //! The error of a table as a shader sees it: a linear-filtered lookup against the integral, anywhere in the domain.
 
-use super::fill::{FillError, Progress, integrals};
+use super::fill::{FillError, Progress, integrals, model_at};
 use super::{Effort, Estimate, Estimator, IntegrateError};
+use crate::estimate::default_tolerance;
 use crate::numerics::stream::{Stream, StreamId};
 use crate::plan::TablePlan;
-use crate::table::axis::Axis;
+use crate::table::axis::{Axis, MU};
 use crate::table::{Between, Table};
 use rayon::prelude::*;
 
 /// Compares a linear-filtered lookup of the stored table with the integral at many places between texels, and climbs from
 /// the worst of them to the local maximum.
 ///
-/// The reference is the best estimator at the tolerance of the texels or 1e-6, whichever is smaller; its own error is added,
-/// and the result is widened by [`MARGIN`].
+/// The reference is the best estimator at the tolerance of the texels or the model's own, whichever is smaller; its error is
+/// added, and the result is widened by [`MARGIN`].
 pub(super) fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -> Result<Between, FillError> {
     let axes = &table.axes;
     let effort = Effort {
-        tolerance: plan.effort.tolerance.min(1e-6),
+        tolerance: plan
+            .effort
+            .tolerance
+            .min(model_at(plan, None).map_or(1e-6, |model| default_tolerance(&model))),
         samples: None,
         ..plan.effort
     };
@@ -206,7 +210,7 @@ fn line(axis: &Axis, count: usize) -> Vec<f64> {
         .map(|i| axis.value((i as f64 + jitter.uniform()) / parts as f64))
         .collect();
     values.extend([axis.min, axis.max]);
-    if axis.parameter == "mu" {
+    if axis.parameter == MU {
         // with texels at the ends the first one is mu = 0 itself
         let first = axis.texel(0).max(axis.texel(1));
         values.extend((0..LAYERS).map(|i| first * 10f64.powf(-7.0 * f64::from(i) / f64::from(LAYERS))));

@@ -5,7 +5,7 @@ use super::{Effort, Estimate, Estimator, IntegrateError, Integrator, Target};
 use crate::bxdf::Model;
 use crate::parameter::ParameterError;
 use crate::plan::TablePlan;
-use crate::table::axis::Axis;
+use crate::table::axis::{AZIMUTH, Axis, MU};
 use crate::table::{ErrorKind, Quantity, Table, TableError};
 use rayon::prelude::*;
 use thiserror::Error;
@@ -142,11 +142,9 @@ pub(super) fn integrals(
             source,
         }
     };
+    let along = Coordinates::new(axes);
     // places come in runs of equal roughness: one model, prepared once, for each run
-    let roughness_index = usize::from(plan.quantity == Quantity::RhoHd);
-    let runs: Vec<&[Vec<f64>]> = at
-        .chunk_by(|a, b| a.get(roughness_index) == b.get(roughness_index))
-        .collect();
+    let runs: Vec<&[Vec<f64>]> = at.chunk_by(|a, b| along.roughness(a) == along.roughness(b)).collect();
     let starts: Vec<u64> = runs
         .iter()
         .scan(0, |next, run| {
@@ -159,14 +157,14 @@ pub(super) fn integrals(
         .par_iter()
         .zip(&starts)
         .map(|(run, start)| {
-            let model = model_at(plan, run[0].get(roughness_index).copied())?;
+            let model = model_at(plan, along.roughness(&run[0]))?;
             let integrator = Integrator::new(&model, estimator, effort).map_err(failed(&run[0]))?;
             let estimates: Result<Vec<Estimate>, FillError> = run
                 .par_iter()
                 .enumerate()
                 .map(|(i, place)| {
                     let target = match plan.quantity {
-                        Quantity::RhoHd => Target::rho_hd(place[0], 0.0),
+                        Quantity::RhoHd => along.direction(place),
                         Quantity::RhoHh => Target::rho_hh(),
                     };
                     let target = target.of(plan.lobe);
@@ -186,7 +184,36 @@ pub(super) fn integrals(
     ))
 }
 
-fn model_at(plan: &TablePlan, roughness: Option<f64>) -> Result<Model, FillError> {
+/// Which axis of a table is which coordinate.
+struct Coordinates {
+    mu: Option<usize>,
+    phi: Option<usize>,
+    roughness: Option<usize>,
+}
+
+impl Coordinates {
+    fn new(axes: &[Axis]) -> Self {
+        let find = |name: &str| axes.iter().position(|axis| axis.parameter == name);
+        Self {
+            mu: find(MU),
+            phi: find(AZIMUTH),
+            roughness: axes
+                .iter()
+                .position(|axis| axis.parameter != MU && axis.parameter != AZIMUTH),
+        }
+    }
+
+    fn direction(&self, place: &[f64]) -> Target {
+        let at = |index: Option<usize>| index.map_or(0.0, |index| place[index]);
+        Target::rho_hd(at(self.mu), at(self.phi))
+    }
+
+    fn roughness(&self, place: &[f64]) -> Option<f64> {
+        self.roughness.map(|index| place[index])
+    }
+}
+
+pub(super) fn model_at(plan: &TablePlan, roughness: Option<f64>) -> Result<Model, FillError> {
     plan.model.at(roughness).map_err(|source| FillError::Parameter {
         id: plan.id.clone(),
         source,

@@ -4,9 +4,10 @@ use super::error::SceneError;
 use super::spec::{DistributionSpec, ModelSpec, Roughness};
 use super::table::{Entry, Rule, Table};
 use super::text::Text;
-use super::vocabulary::{BXDFS, BxdfType, COUPLINGS, DISTRIBUTIONS, FRESNELS, FresnelType, MASKINGS};
+use super::vocabulary::{BXDFS, BxdfType, COUPLINGS, DISTRIBUTIONS, DistributionType, FRESNELS, FresnelType, MASKINGS};
 use super::{Material, Scene};
 use crate::bxdf::{Coupling, Lambertian};
+use crate::distribution::{Anisotropic, Elliptic};
 use crate::fresnel::Fresnel;
 use crate::parameter::{ETA, EXTINCTION, KD, KS, Legal, ParameterError, R0, REFLECTANCE};
 use crate::spectrum::Spectrum;
@@ -151,21 +152,56 @@ const DISTRIBUTION_RULE: &str = "distribution is a table such as { type = \"vmf\
 fn distribution(entry: Entry<'_>) -> Result<DistributionSpec, SceneError> {
     let table = entry.table(&DISTRIBUTION_RULE)?;
     let kind = table.required("type", &DISTRIBUTIONS)?;
-    let (family, legal) = kind.choice(&DISTRIBUTIONS)?;
-    for anisotropic in ["m_x", "m_y"] {
-        if let Some(entry) = table.optional(anisotropic).filter(|_| legal.name == "m") {
-            let rule = Rule(ROUGHNESS, legal);
-            return Err(entry.refuse(format!(
-                "is not available: this version cannot compute anisotropic distributions yet; {rule}"
-            )));
+    let what = kind.as_str().unwrap_or_default();
+    let DistributionType { isotropic, elliptic } = kind.choice(&DISTRIBUTIONS)?;
+    let one = isotropic.map(|(_, legal)| legal.name);
+    let two = elliptic.map(|elliptic| elliptic.legal().map(|legal| legal.name));
+    let keys: Vec<&str> = ["type"]
+        .into_iter()
+        .chain(one)
+        .chain(two.into_iter().flatten())
+        .collect();
+    table.only(what, &keys)?;
+    let is_pair = two.is_some_and(|two| one.is_none() || two.iter().any(|key| table.optional(key).is_some()));
+    match (isotropic, elliptic) {
+        (_, Some(elliptic)) if is_pair => {
+            if let Some(entry) = one.and_then(|one| table.optional(one)) {
+                let [x, y] = elliptic.legal().map(|legal| legal.name);
+                return Err(entry.refuse(format!("is not allowed beside {x} and {y}: a {what} has either")));
+            }
+            anisotropic(&table, elliptic)
         }
+        (Some((family, legal)), _) => {
+            let roughness = table.required(legal.name, &Rule(ROUGHNESS, legal))?;
+            Ok(DistributionSpec::Isotropic {
+                family,
+                roughness: read_roughness(roughness, legal)?,
+            })
+        }
+        (None, _) => Err(kind.wrong_type(&DISTRIBUTIONS)),
     }
-    table.only(kind.as_str().unwrap_or(family.name()), &["type", legal.name])?;
-    let roughness = table.required(legal.name, &Rule(ROUGHNESS, legal))?;
-    Ok(DistributionSpec {
-        family,
-        roughness: read_roughness(roughness, legal)?,
-    })
+}
+
+/// Two equal parameters are the isotropic distribution, whose tables need no azimuth.
+fn anisotropic(table: &Table<'_>, kind: Elliptic) -> Result<DistributionSpec, SceneError> {
+    let [x, y] = kind.legal().map(|legal| {
+        let entry = table.required(legal.name, &Rule("a number", legal))?;
+        if entry.as_table().is_some() {
+            return Err(entry.refuse(
+                "is not allowed: a roughness along each tangent is a number; a table has no third axis for its range",
+            ));
+        }
+        entry.number(legal)
+    });
+    let (x, y) = (x?, y?);
+    if x == y {
+        return Ok(DistributionSpec::Isotropic {
+            family: kind.family(),
+            roughness: Roughness::Fixed(x),
+        });
+    }
+    let anisotropic = Anisotropic::new(kind, x, y).map_err(refused(table))?;
+    Ok(DistributionSpec::Anisotropic(anisotropic))
 }
 
 /// What a roughness parameter may be.

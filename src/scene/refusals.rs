@@ -255,12 +255,28 @@ fn wrong_distributions() {
                 "exponent = -1 is not allowed: exponent lies in [0, 1e8]",
             ),
             (
-                "{ type = 'beckmann', m_x = 0.1, m_y = 0.2 }",
-                "cannot compute anisotropic distributions yet",
+                "{ type = 'beckmann', m_x = 0.1 }",
+                "missing key m_y: m_y is a number in [1e-6, 10]",
+            ),
+            (
+                "{ type = 'beckmann', m_x = 0.1, m_y = 0.2, m = 0.1 }",
+                "m = 0.1 is not allowed beside m_x and m_y",
+            ),
+            (
+                "{ type = 'ggx', alpha_x = 0.1, alpha_y = 11 }",
+                "alpha_y = 11 is not allowed: alpha_y lies in [1e-6, 10]",
+            ),
+            (
+                "{ type = 'ggx', alpha_x = { min = 0.1, max = 0.2 }, alpha_y = 1 }",
+                "a roughness along each tangent is a number",
             ),
             (
                 "{ type = 'ashikhmin-shirley' }",
-                "cannot compute this distribution yet; distribution is one of \"vmf\"",
+                "missing key e_x: e_x is a number in [0, 1e8]",
+            ),
+            (
+                "{ type = 'phong', n = 1, e_x = 2 }",
+                "unknown key e_x: the keys of phong are type, n",
             ),
         ],
     );

@@ -1,7 +1,7 @@
 //! The materials of a scene as it describes them: models whose roughness may still be a range.
 
 use crate::bxdf::{Bxdf, Coupling, DiffuseSpecular, Lambertian, Microfacet, Model};
-use crate::distribution::{Distribution, Family};
+use crate::distribution::{Anisotropic, Distribution, Family};
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
 use crate::parameter::ParameterError;
@@ -24,11 +24,16 @@ pub enum Roughness {
 
 /// A distribution of normals whose roughness may be a range.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DistributionSpec {
-    /// The family.
-    pub family: Family,
-    /// Its roughness parameter, within [`Family::legal`].
-    pub roughness: Roughness,
+pub enum DistributionSpec {
+    /// The same along every azimuth.
+    Isotropic {
+        /// The family.
+        family: Family,
+        /// Its roughness parameter, within [`Family::legal`].
+        roughness: Roughness,
+    },
+    /// With a roughness along each tangent.
+    Anisotropic(Anisotropic),
 }
 
 /// A model whose roughness may be a range.
@@ -86,7 +91,37 @@ impl DistributionSpec {
     /// # Errors
     /// [`ParameterError`] outside [`Family::legal`].
     pub fn at(&self, roughness: Option<f64>) -> Result<Distribution, ParameterError> {
-        Ok(self.family.with(self.roughness.pick(roughness))?.into())
+        Ok(match self {
+            Self::Isotropic { family, roughness: own } => family.with(own.pick(roughness))?.into(),
+            Self::Anisotropic(anisotropic) => (*anisotropic).into(),
+        })
+    }
+
+    /// Family and ends of the roughness range, `None` when the roughness is fixed.
+    fn range(&self) -> Option<(Family, f64, f64)> {
+        match self {
+            Self::Isotropic {
+                family,
+                roughness: Roughness::Range { min, max },
+            } => Some((*family, *min, *max)),
+            _ => None,
+        }
+    }
+
+    fn describe_to(&self, facts: &mut Facts, prefix: &str) {
+        match self {
+            Self::Isotropic { family, roughness } => {
+                facts.add(prefix, "distribution", family.name());
+                facts.add(prefix, family.legal().name, roughness);
+            }
+            Self::Anisotropic(anisotropic) => {
+                let kind = anisotropic.kind();
+                facts.add(prefix, "distribution", kind.name());
+                for (legal, value) in kind.legal().iter().zip(anisotropic.parameters()) {
+                    facts.add(prefix, legal.name, value);
+                }
+            }
+        }
     }
 }
 
@@ -95,10 +130,7 @@ impl ModelSpec {
     pub fn roughness_range(&self) -> Option<(Family, f64, f64)> {
         match self {
             Self::Lambertian(_) => None,
-            Self::Microfacet { distribution, .. } => match distribution.roughness {
-                Roughness::Fixed(_) => None,
-                Roughness::Range { min, max } => Some((distribution.family, min, max)),
-            },
+            Self::Microfacet { distribution, .. } => distribution.range(),
             Self::DiffuseSpecular { specular, .. } => specular.roughness_range(),
         }
     }
@@ -172,8 +204,7 @@ impl ModelSpec {
             } => {
                 facts.add(prefix, "type", "microfacet");
                 facts.add(prefix, "reflectance", spectrum(*reflectance));
-                facts.add(prefix, "distribution", distribution.family.name());
-                facts.add(prefix, distribution.family.legal().name, distribution.roughness);
+                distribution.describe_to(facts, prefix);
                 facts.add(prefix, "masking", masking_name(*masking));
                 describe_fresnel(fresnel, facts, prefix);
             }
@@ -260,7 +291,7 @@ mod tests {
     fn microfacet(roughness: Roughness) -> ModelSpec {
         ModelSpec::Microfacet {
             reflectance: Spectrum::grey(1.0),
-            distribution: DistributionSpec {
+            distribution: DistributionSpec::Isotropic {
                 family: Family::Vmf,
                 roughness,
             },

@@ -36,7 +36,10 @@ fn the_default_scene_is_the_one_of_the_figure_and_more() {
         ]
     );
     let family = |material: &Material| match &material.model {
-        ModelSpec::Microfacet { distribution, .. } => Some(distribution.family),
+        ModelSpec::Microfacet {
+            distribution: DistributionSpec::Isotropic { family, .. },
+            ..
+        } => Some(*family),
         _ => None,
     };
     assert_eq!(family(&scene.materials[4]), Some(Family::Beckmann));
@@ -65,7 +68,7 @@ fn the_default_scene_is_the_one_of_the_figure_and_more() {
         **specular,
         ModelSpec::Microfacet {
             reflectance: Spectrum::grey(1.0),
-            distribution: DistributionSpec {
+            distribution: DistributionSpec::Isotropic {
                 family: Family::Vmf,
                 roughness: Roughness::Fixed(1024.0),
             },
@@ -115,7 +118,7 @@ fn every_name_of_the_format_is_read() {
         let model = parse_bxdf(&microfacet(distribution, "\"none\"", "{ type = \"none\" }")).unwrap();
         let expected = ModelSpec::Microfacet {
             reflectance: Spectrum::grey(1.0),
-            distribution: DistributionSpec { family, roughness },
+            distribution: DistributionSpec::Isotropic { family, roughness },
             masking: Masking::None,
             fresnel: Fresnel::None,
         };
@@ -183,11 +186,11 @@ scene.toml:5:32: unknown key kapa: the keys of vmf are type, kappa; did you mean
    |                                ^^^^",
         ),
         (
-            "distribution = { type = \"ggx\", alpha = 0.2 }",
+            "distribution = { type = \"gxx\", alpha = 0.2 }",
             "\
-scene.toml:5:25: type = \"ggx\" is not available: this version cannot compute this distribution yet; distribution is \
-one of \"vmf\", \"beckmann\", \"phong\", \"blinn\"
- 5 | distribution = { type = \"ggx\", alpha = 0.2 }
+scene.toml:5:25: type = \"gxx\" is not allowed: distribution is one of \"vmf\", \"beckmann\", \"phong\", \"blinn\", \
+\"ashikhmin-shirley\", \"ggx\"; did you mean \"ggx\"?
+ 5 | distribution = { type = \"gxx\", alpha = 0.2 }
    |                         ^^^^^",
         ),
         (

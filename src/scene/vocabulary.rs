@@ -2,9 +2,9 @@
 
 use super::suggest::nearest;
 use crate::bxdf::Coupling;
-use crate::distribution::Family;
+use crate::distribution::{Elliptic, Family};
 use crate::masking::Masking;
-use crate::parameter::{BECKMANN_M, KAPPA, Legal, PHONG_N};
+use crate::parameter::{BECKMANN_M, GGX_ALPHA, KAPPA, Legal, PHONG_N};
 use std::fmt;
 
 /// A closed set of names with their meanings.
@@ -35,8 +35,20 @@ pub(super) enum FresnelType {
     Schlick,
 }
 
-/// A family and its roughness parameter under the name that goes with the type name: `phong{n}` is `blinn{exponent}`.
-pub(super) type DistributionType = (Family, Legal);
+/// What a distribution may be: isotropic with one roughness parameter under the name that goes with the type name
+/// (`phong{n}` is `blinn{exponent}`), or with one along each tangent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct DistributionType {
+    pub(super) isotropic: Option<(Family, Legal)>,
+    pub(super) elliptic: Option<Elliptic>,
+}
+
+const fn distribution(family: Family, legal: Legal, elliptic: Option<Elliptic>) -> DistributionType {
+    DistributionType {
+        isotropic: Some((family, legal)),
+        elliptic,
+    }
+}
 
 pub(super) const BXDFS: Vocabulary<BxdfType> = Vocabulary {
     what: "bxdf",
@@ -62,12 +74,23 @@ pub(super) const BXDFS: Vocabulary<BxdfType> = Vocabulary {
 pub(super) const DISTRIBUTIONS: Vocabulary<DistributionType> = Vocabulary {
     what: "distribution",
     known: &[
-        ("vmf", (Family::Vmf, KAPPA)),
-        ("beckmann", (Family::Beckmann, BECKMANN_M)),
-        ("phong", (Family::Phong, PHONG_N)),
-        ("blinn", (Family::Phong, EXPONENT)),
+        ("vmf", distribution(Family::Vmf, KAPPA, None)),
+        (
+            "beckmann",
+            distribution(Family::Beckmann, BECKMANN_M, Some(Elliptic::Beckmann)),
+        ),
+        ("phong", distribution(Family::Phong, PHONG_N, None)),
+        ("blinn", distribution(Family::Phong, EXPONENT, None)),
+        (
+            "ashikhmin-shirley",
+            DistributionType {
+                isotropic: None,
+                elliptic: Some(Elliptic::AshikhminShirley),
+            },
+        ),
+        ("ggx", distribution(Family::Ggx, GGX_ALPHA, Some(Elliptic::Ggx))),
     ],
-    later: &["ashikhmin-shirley", "ggx"],
+    later: &[],
 };
 
 /// The exponent of [`PHONG_N`] under the name that `blinn` gives it.
@@ -155,8 +178,8 @@ mod tests {
         );
         assert_eq!(
             DISTRIBUTIONS.find("GGX").unwrap_err(),
-            "is not allowed: distribution is one of \"vmf\", \"beckmann\", \"phong\", \"blinn\"; did you mean \"ggx\", \
-             which this version cannot compute yet?"
+            "is not allowed: distribution is one of \"vmf\", \"beckmann\", \"phong\", \"blinn\", \"ashikhmin-shirley\", \
+             \"ggx\"; did you mean \"ggx\"?"
         );
         assert!(!BXDFS.find("").unwrap_err().contains("did you mean"));
     }

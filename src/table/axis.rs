@@ -8,6 +8,13 @@ use thiserror::Error;
 /// Largest number of texels along one axis: what every current GPU takes as a 2D texture.
 pub const MAX_SIZE: usize = 16384;
 
+/// Name of the axis of cos theta_o.
+pub const MU: &str = "mu";
+
+/// Name of the axis of the azimuth of wo, in radians. It runs from the tangent x to the tangent y; models that have one are
+/// symmetric about both, so that phi = atan2(|wo.y|, |wo.x|) looks up any direction.
+pub const AZIMUTH: &str = "phi";
+
 /// How the texture coordinate u in [0, 1] and the value v in [min, max] of the parameter correspond.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Mapping {
