@@ -1,7 +1,7 @@
 //! A specular lobe over a diffuse base that shares one energy budget [Mikkelsen 2009, eq. 28].
 
 use super::{Bxdf, BxdfSample, Flags, Model, Sampling, cosine_hemisphere, other_hemisphere};
-use crate::numerics::curve::Curve;
+use crate::numerics::surface::Surface;
 use crate::parameter::{KD, KS, ParameterError};
 use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
@@ -104,8 +104,8 @@ impl DiffuseSpecular {
 /// What eq. 28 needs to know of its specular lobe.
 #[derive(Debug, Clone)]
 pub struct SpecularAlbedo {
-    /// rho_hd over mu in [0, 1].
-    pub rho_hd: Curve,
+    /// rho_hd over all directions.
+    pub rho_hd: Surface,
     /// 1 - ks rho_hh, with all its digits where rho_hh is close to 1.
     pub unspent: DVec3,
 }
@@ -138,18 +138,18 @@ impl<S: Bxdf> CoupledBxdf<S> {
         }
     }
 
-    /// 1 - ks rho at a direction with cosine `mu`.
+    /// 1 - ks rho in the direction `w`.
     ///
-    /// Where rho is 1, the curve's error may take it to the other side of 0; what is 0 within that error is not negative.
-    fn left(&self, mu: f64) -> DVec3 {
-        let left = DVec3::ONE - self.parameters.ks.value() * self.albedo.rho_hd.at(mu);
+    /// Where rho is 1, the interpolant's error may take it to the other side of 0; what is 0 within that error is not negative.
+    fn left(&self, w: DVec3) -> DVec3 {
+        let left = DVec3::ONE - self.parameters.ks.value() * self.albedo.rho_hd.at(w);
         let known = left.abs().cmpgt(DVec3::splat(self.albedo.rho_hd.error()));
         DVec3::select(known, left, left.max(DVec3::ZERO))
     }
 
     fn diffuse(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         // in this order the product does not change a bit when the directions are exchanged
-        self.base * (self.left(wi.z.abs()) * self.left(wo.z.abs()))
+        self.base * (self.left(wi) * self.left(wo))
     }
 
     /// A draw of the specular lobe, which happens with probability `share`.
@@ -175,7 +175,7 @@ impl<S: Bxdf> CoupledBxdf<S> {
         if self.parameters.ks.value() == DVec3::ZERO {
             return 0.0;
         }
-        let left = self.left(wo.z.abs());
+        let left = self.left(wo);
         let specular = (DVec3::ONE - left).element_sum();
         let diffuse = (left * self.parameters.kd.value()).element_sum();
         (specular / (specular + diffuse)).clamp(0.1, 0.9)
@@ -233,9 +233,10 @@ impl<S: Bxdf> Bxdf for CoupledBxdf<S> {
 
     /// The diffuse part integrates to pi base (1 - ks rho(mu)) (1 - ks rho_bar), and the interpolated albedo is off by at
     /// most its error in both factors.
-    fn albedo_error(&self, mu: f64) -> DVec3 {
+    fn albedo_error(&self, _mu: f64) -> DVec3 {
         let error = self.parameters.ks.value() * self.albedo.rho_hd.error();
-        PI * self.base * error * (self.left(mu).abs() + self.albedo.unspent + error)
+        // what is left at wo is at most 1
+        PI * self.base * error * (DVec3::ONE + self.albedo.unspent + error)
     }
 
     fn supports(&self, sampling: Sampling) -> bool {

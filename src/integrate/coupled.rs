@@ -2,12 +2,15 @@
 
 use super::deterministic::{quadrature, unspent};
 use super::{IntegrateError, Target};
-use crate::bxdf::{Bxdf, CoupledBxdf, DiffuseSpecular, Model, SpecularAlbedo};
-use crate::numerics::curve::Curve;
+use crate::bxdf::{Bxdf, CoupledBxdf, DiffuseSpecular, SpecularAlbedo};
 use crate::numerics::quadrature::Bounded;
+use crate::numerics::surface::Surface;
 
 /// Error of the interpolated specular albedo: far below what Monte Carlo resolves, and cheap.
 const CURVE_TOLERANCE: f64 = 1e-7;
+
+/// The same with an azimuth, which takes a curve for each of its nodes.
+const SURFACE_TOLERANCE: f64 = 1e-6;
 
 /// The coupled BRDF of `parameters`, whose specular lobe as a [`Bxdf`] is `specular`.
 ///
@@ -15,17 +18,20 @@ const CURVE_TOLERANCE: f64 = 1e-7;
 /// [`IntegrateError`] when the specular albedo cannot be computed, for a lobe that diverges at grazing angles above all.
 pub fn coupled_bxdf<S: Bxdf>(parameters: &DiffuseSpecular, specular: S) -> Result<CoupledBxdf<S>, IntegrateError> {
     let lobe = parameters.specular();
-    let layer = match lobe {
-        Model::Microfacet(microfacet) => microfacet.distribution.width(),
-        Model::Lambertian(_) | Model::DiffuseSpecular(_) => 1.0,
-    };
-    let rho_hd = Curve::fit(CURVE_TOLERANCE, layer, &mut |mu| {
-        let rho = quadrature(lobe, Target::rho_hd(mu, 0.0), 0.1 * CURVE_TOLERANCE)?;
+    let rho = |mu: f64, phi: f64, tolerance: f64| {
+        let rho = quadrature(lobe, Target::rho_hd(mu, phi), 0.1 * tolerance)?;
         Ok::<_, IntegrateError>(Bounded {
             value: rho.value,
             error: rho.error,
         })
-    })?;
+    };
+    let rho_hd = if lobe.is_anisotropic() {
+        Surface::anisotropic(SURFACE_TOLERANCE, lobe.width(), |mu, phi| {
+            rho(mu, phi, SURFACE_TOLERANCE)
+        })?
+    } else {
+        Surface::isotropic(CURVE_TOLERANCE, lobe.width(), |mu| rho(mu, 0.0, CURVE_TOLERANCE))?
+    };
     let unspent = unspent(parameters, CURVE_TOLERANCE)?.value;
     Ok(CoupledBxdf::new(
         parameters.clone(),

@@ -5,3 +5,4 @@ pub mod moments;
 pub mod patterson;
 pub mod quadrature;
 pub mod stream;
+pub mod surface;
