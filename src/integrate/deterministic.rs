@@ -37,6 +37,12 @@ pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estim
                     reason: "its distribution is anisotropic; use mc-visible",
                 });
             };
+            if microfacet.masking.is_smith() {
+                return Err(IntegrateError::Unsupported {
+                    estimator: Estimator::Quadrature,
+                    reason: "its masking is of Smith's kind; use mc-visible",
+                });
+            }
             Ok(bound(match target.outgoing {
                 Some(Angles { mu, .. }) => microfacet_hd::rho_hd(microfacet, distribution, mu, tolerance)?,
                 None => microfacet_hh::rho_hh(microfacet, distribution, tolerance)?,
