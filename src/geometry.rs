@@ -124,14 +124,21 @@ pub struct HalfVector {
 
 /// Half vector of `wo` and `wi` [Mikkelsen 2009, eq. 10]; `None` for opposite directions, which have none.
 pub fn half_vector(wo: DVec3, wi: DVec3) -> Option<HalfVector> {
+    // a power of two, exact, keeps the squares of directions that are opposite to within 1e-140 from underflowing
     let sum = wo + wi;
-    let length = sum.length();
+    let scale = if sum.abs().max_element() < 1e-140 {
+        2f64.powi(500)
+    } else {
+        1.0
+    };
+    let scaled = sum * scale;
+    let length = scaled.length();
     if length == 0.0 {
         return None;
     }
     Some(HalfVector {
-        wh: sum / length,
-        cos_d: (0.5 * length).min(1.0),
+        wh: scaled / length,
+        cos_d: (0.5 * length / scale).min(1.0),
     })
 }
 

@@ -51,6 +51,12 @@
 //! - [Abramowitz and Stegun 1964] M. Abramowitz, I. Stegun, *Handbook of Mathematical Functions*.
 //! - [Chan et al. 1983] T. Chan, G. Golub, R. LeVeque, *Algorithms for computing the sample variance*, The American
 //!   Statistician 37.
+//! - [Dupuy and Benyoub 2023] J. Dupuy, A. Benyoub, *Sampling visible GGX normals with spherical caps*, Computer Graphics
+//!   Forum 42.
+//! - [Heitz 2014] E. Heitz, *Understanding the masking-shadowing function in microfacet-based BRDFs*, Journal of Computer
+//!   Graphics Techniques 3.
+//! - [Heitz and d'Eon 2014] E. Heitz, E. d'Eon, *Importance sampling microfacet-based BSDFs using the distribution of
+//!   visible normals*, Computer Graphics Forum 33.
 //! - [Johnson 1978] N. Johnson, *Modified t tests and confidence intervals for asymmetrical populations*, Journal of the
 //!   American Statistical Association 73.
 //! - [Maurer and Pontil 2009] A. Maurer, M. Pontil, *Empirical Bernstein bounds and sample-variance penalization*, COLT.
@@ -60,10 +66,17 @@
 //! - [pbrt 2016] M. Pharr, W. Jakob, G. Humphreys, *Physically Based Rendering*, third edition, section 8.2.
 //! - [Kolmogorov 1933], [Stephens 1970] A. Kolmogorov, M. Stephens: the one-sample test of a distribution and its tables.
 //! - [Sidak 1967] Z. Sidak, *Rectangular confidence regions for the means of multivariate normal distributions*, JASA 62.
+//! - [Smith 1967] B. Smith, *Geometrical shadowing of a random rough surface*, IEEE Transactions on Antennas and
+//!   Propagation 15.
 //! - [Steele et al. 2014] G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, OOPSLA.
+//! - [Walter et al. 2007] B. Walter, S. Marschner, H. Li, K. Torrance, *Microfacet models for refraction through rough
+//!   surfaces*, Eurographics Symposium on Rendering.
 //!
 //! [Abramowitz and Stegun 1964]: #bibliography
 //! [Chan et al. 1983]: #bibliography
+//! [Dupuy and Benyoub 2023]: #bibliography
+//! [Heitz 2014]: #bibliography
+//! [Heitz and d'Eon 2014]: #bibliography
 //! [Johnson 1978]: #bibliography
 //! [Maurer and Pontil 2009]: #bibliography
 //! [Mikkelsen 2009]: #bibliography
@@ -73,7 +86,9 @@
 //! [Kolmogorov 1933]: #bibliography
 //! [Stephens 1970]: #bibliography
 //! [Sidak 1967]: #bibliography
+//! [Smith 1967]: #bibliography
 //! [Steele et al. 2014]: #bibliography
+//! [Walter et al. 2007]: #bibliography
 
 pub mod bxdf;
 pub mod distribution;

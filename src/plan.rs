@@ -1,8 +1,7 @@
 //! What a scene calls for: the tables to compute, with their axes, and what is left out and why.
 
-use crate::bxdf::{Flags, Model};
+use crate::bxdf::{Flags, Model, ModelError};
 use crate::estimate::{Effort, Estimator, default_tolerance};
-use crate::parameter::ParameterError;
 use crate::scene::{Material, ModelSpec, Scene};
 use crate::spectrum::Channels;
 use crate::table::axis::{AZIMUTH, Axis, AxisError, Mapping, TexelRule};
@@ -89,7 +88,7 @@ pub enum PlanError {
     Axis(#[from] AxisError),
     /// A model of the scene.
     #[error(transparent)]
-    Parameter(#[from] ParameterError),
+    Model(#[from] ModelError),
     /// More texels than a file holds.
     #[error("table {id}: {texels} texels are not allowed: a table has at most {MAX_TEXELS}; lower the resolutions")]
     TooLarge {

@@ -1,11 +1,11 @@
 //! Microfacet reflection, the Torrance-Sparrow model [Mikkelsen 2009, eq. 18; pbrt 2010, section 8.4.2].
 
-use super::{Bxdf, BxdfSample, Flags, Sampling};
+use super::{Bxdf, BxdfSample, Flags, ModelError, Sampling};
 use crate::distribution::Distribution;
 use crate::fresnel::Fresnel;
 use crate::geometry::{Polar, half_vector, reflect};
-use crate::masking::{Cosines, Masking, sample_visible_groove, visible_groove_pdf};
-use crate::parameter::{ParameterError, REFLECTANCE};
+use crate::masking::{Cosines, Masking, Smith};
+use crate::parameter::REFLECTANCE;
 use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
 
@@ -26,16 +26,23 @@ impl Microfacet {
     /// Reflectance in [0, 1]; the other parts carry their own legal ranges.
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range.
+    /// [`ModelError::Parameter`] outside that range; [`ModelError::SmithNeedsSlopes`] for Smith masking of a distribution
+    /// other than Beckmann and GGX.
     pub fn new(
         reflectance: Spectrum,
         distribution: impl Into<Distribution>,
         masking: Masking,
         fresnel: Fresnel,
-    ) -> Result<Self, ParameterError> {
+    ) -> Result<Self, ModelError> {
+        let distribution = distribution.into();
+        if masking.is_smith() && Smith::new(&distribution).is_none() {
+            return Err(ModelError::SmithNeedsSlopes {
+                distribution: distribution.name(),
+            });
+        }
         Ok(Self {
             reflectance: reflectance.check(REFLECTANCE)?,
-            distribution: distribution.into(),
+            distribution,
             masking,
             fresnel,
         })
@@ -93,18 +100,18 @@ impl Bxdf for Microfacet {
             h: half.wh.z,
             d: half.cos_d,
         };
-        let shape = self.masking.shape(cosines) * self.distribution.p(half.wh);
-        self.facet_reflectance(half.cos_d) * shape
+        self.facet_reflectance(half.cos_d) * self.masking.lobe(&self.distribution, wo, wi, half.wh, cosines)
     }
 
-    /// dwi = 4 (o.h) dh [Mikkelsen 2009, eq. 15] turns the density of visible normals into one of wi.
+    /// The density of visible normals, mirrored.
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         let (wo, wi) = if wo.z < 0.0 { (-wo, -wi) } else { (wo, wi) };
         let Some(half) = half_vector(wo, wi) else { return 0.0 };
         if half.wh.z <= 0.0 {
             return 0.0;
         }
-        visible_groove_pdf(&self.distribution, wo.z, half.wh, half.cos_d) / (4.0 * half.cos_d)
+        self.masking
+            .visible_pdf(&self.distribution, wo, wo.z, half.wh, half.cos_d)
     }
 
     /// Visible normals.
@@ -130,7 +137,8 @@ impl Bxdf for Microfacet {
                 let (wi, Some(cosines)) = Self::mirrored(wo, wm) else {
                     return BxdfSample::lost(reflect(wo, wm));
                 };
-                let weight = self.facet_reflectance(cosines.d) * self.masking.weight(cosines);
+                let weight =
+                    self.facet_reflectance(cosines.d) * self.masking.weight(&self.distribution, wo, wi, cosines);
                 BxdfSample {
                     wi,
                     pdf: self.distribution.p(wm) / (4.0 * cosines.d),
@@ -138,15 +146,16 @@ impl Bxdf for Microfacet {
                     flags: self.flags(),
                 }
             }
-            // f cos/pdf = F V'/G1(o, h), which V-grooves bound by 1; without masking V' = 1 stays over the same density
+            // f cos/pdf = F V'/G1(o, h), which V-grooves and Smith bound by 1; without masking V' = 1 stays over the density
+            // of V-grooves
             Sampling::Visible | Sampling::Bxdf => {
-                let wm = sample_visible_groove(&self.distribution, wo, u);
+                let wm = self.masking.sample_visible(&self.distribution, wo, u);
                 let (wi, Some(cosines)) = Self::mirrored(wo, wm) else {
                     return BxdfSample::lost(reflect(wo, wm));
                 };
-                let density = (cosines.d / (cosines.h * cosines.o)).min(2.0);
-                let weight = self.facet_reflectance(cosines.d) * (self.masking.weight(cosines) / density);
-                let pdf = self.distribution.p(wm) * density / (4.0 * cosines.d);
+                let seen = self.masking.visible_weight(&self.distribution, wo, wi, cosines);
+                let weight = self.facet_reflectance(cosines.d) * seen;
+                let pdf = self.masking.visible_pdf(&self.distribution, wo, wo.z, wm, cosines.d);
                 let flags = self.flags();
                 BxdfSample { wi, pdf, weight, flags }
             }

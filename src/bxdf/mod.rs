@@ -5,12 +5,14 @@
 //! the inside.
 
 mod diffuse_specular;
+mod error;
 mod flags;
 mod lambertian;
 mod microfacet;
 mod model;
 
 pub use diffuse_specular::{CoupledBxdf, Coupling, DiffuseSpecular, SpecularAlbedo};
+pub use error::ModelError;
 pub use flags::Flags;
 pub use lambertian::Lambertian;
 pub use microfacet::Microfacet;

@@ -88,6 +88,16 @@ macro_rules! each {
 }
 
 impl Isotropic {
+    /// The family that it is a member of.
+    pub fn family(&self) -> Family {
+        match self {
+            Self::Vmf(_) => Family::Vmf,
+            Self::Beckmann(_) => Family::Beckmann,
+            Self::Phong(_) => Family::Phong,
+            Self::Ggx(_) => Family::Ggx,
+        }
+    }
+
     /// Density of normals over solid angle, p(theta) in sr^-1; int p dh = 1 over the hemisphere.
     pub fn p(&self, theta: Polar) -> f64 {
         each!(self, d => d.p(theta))

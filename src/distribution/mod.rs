@@ -49,6 +49,14 @@ impl From<Anisotropic> for Distribution {
 }
 
 impl Distribution {
+    /// Name as it stands in a scene file.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Isotropic(isotropic) => isotropic.family().name(),
+            Self::Anisotropic(anisotropic) => anisotropic.kind().name(),
+        }
+    }
+
     /// Density of normals over solid angle at the unit vector `h` of the upper hemisphere, in sr^-1; int p dh = 1.
     pub fn p(&self, h: DVec3) -> f64 {
         self.times_weight(h, Isotropic::p)

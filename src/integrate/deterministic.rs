@@ -31,12 +31,19 @@ pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estim
     match model {
         Model::Lambertian(lambertian) => Ok(exact(lambertian.albedo())),
         Model::Microfacet(microfacet) => {
-            let Some(distribution) = microfacet.distribution.isotropic() else {
+            let grooves = !microfacet.masking.is_smith();
+            let Some(distribution) = microfacet.distribution.isotropic().filter(|_| grooves) else {
                 return Ok(bound(match target.outgoing {
                     Some(Angles { mu, phi }) => facets::rho_hd(microfacet, mu, phi, tolerance)?,
                     None => facets::rho_hh(microfacet, tolerance)?,
                 }));
             };
+            if microfacet.masking.is_smith() {
+                return Err(IntegrateError::Unsupported {
+                    estimator: Estimator::Quadrature,
+                    reason: "its masking is of Smith's kind; use mc-visible",
+                });
+            }
             Ok(bound(match target.outgoing {
                 Some(Angles { mu, .. }) => microfacet_hd::rho_hd(microfacet, distribution, mu, tolerance)?,
                 None => microfacet_hh::rho_hh(microfacet, distribution, tolerance)?,

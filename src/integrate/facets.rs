@@ -21,7 +21,7 @@ use crate::bxdf::Microfacet;
 use crate::distribution::{Distribution, Isotropic};
 use crate::fresnel::Edge;
 use crate::geometry::Polar;
-use crate::masking::Masking;
+use crate::masking::{Cosines, Masking};
 use crate::numerics::quadrature::{Bounded, Integral, NotConverged, Piece, integrate};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -138,6 +138,9 @@ impl Facets<'_> {
             Weight::Masked(Masking::VGroove) => 2.0f64.ln() - allowed.ln(),
             // (n.o) t <= n.o + tan theta_h, which is 2/n.o at the end
             Weight::Masked(Masking::None) => (2.0 + 2.0 / mu).ln() - allowed.ln(),
+            // w <= G1 (1 + x t) <= 1 + c r with the stretched radius r of the normal, since Lambda is at least r_o/c with
+            // c = 2 for GGX, where r = sqrt(e^E - 1), and c = 2 sqrt(pi) for Beckmann, where r = sqrt E
+            Weight::Masked(Masking::Smith | Masking::SmithCorrelated) => 2.0 * (6.0f64.ln() - allowed.ln()),
         };
         (2.0 * exposure.max(1.0)).sqrt()
     }
@@ -213,8 +216,8 @@ impl Facets<'_> {
                 cut(Polar::from_tan(slice.x), false);
             }
             // 1 + x t begins to grow
-            Weight::Masked(Masking::None) if slice.x > 1.0 => cut(Polar::from_tan(slice.x.recip()), false),
-            Weight::Masked(Masking::None) => {}
+            Weight::Masked(_) if slice.x > 1.0 => cut(Polar::from_tan(slice.x.recip()), false),
+            Weight::Masked(_) => {}
         }
         for edge in &self.edges {
             for t in view.edge_tangents(slice.cos_phi, edge.cos) {
@@ -230,7 +233,7 @@ impl Facets<'_> {
             .collect();
         integrate(&pieces, allowed, NODE_LIMIT, |q| {
             let theta = slice.profile.at_exposure(0.5 * q * q);
-            let weight = self.weight.of(slice, theta);
+            let weight = self.weight.of(view, slice, theta);
             let reflected = (self.reflectance)(view.facet_angle(slice, theta));
             Bounded::exact(reflected * (weight * q * (-0.5 * q * q).exp()))
         })
@@ -254,11 +257,13 @@ impl Weight {
     fn mean_bound(self) -> f64 {
         match self {
             Self::Masked(Masking::VGroove | Masking::None) => 2.0,
+            // 1 + c times the mean of r: 1 + 2 (pi/2) and 1 + 2 sqrt(pi) (sqrt(pi)/2)
+            Self::Masked(Masking::Smith | Masking::SmithCorrelated) => 5.0,
         }
     }
 
     /// w for a facet at the angle `theta` along the azimuth of `slice`.
-    fn of(self, slice: &Slice, theta: Polar) -> f64 {
+    fn of(self, view: &View, slice: &Slice, theta: Polar) -> f64 {
         let t = 1.0 + slice.x * theta.tan();
         let double = (theta.cos - theta.sin) * (theta.cos + theta.sin);
         // n.i/n.o, which rounding must not take below the horizon
@@ -266,6 +271,22 @@ impl Weight {
         match self {
             Self::Masked(Masking::None) => t,
             Self::Masked(Masking::VGroove) => t.min(2.0).min(2.0 * ratio).max(0.0),
+            Self::Masked(smith) => {
+                let wm = (slice.azimuth * theta.sin).extend(theta.cos);
+                let cos_d = view.facet_angle(slice, theta).cos;
+                let cosines = Cosines {
+                    o: view.mu,
+                    i: if view.mu > 0.0 {
+                        view.mu * ratio
+                    } else {
+                        2.0 * cos_d * theta.cos
+                    },
+                    h: theta.cos,
+                    d: cos_d,
+                };
+                let wi = 2.0 * cos_d * wm - view.wo;
+                smith.weight(view.distribution, view.wo, wi, cosines)
+            }
         }
     }
 }
@@ -273,6 +294,7 @@ impl Weight {
 /// A fixed direction wo, seen in the standard circle of a distribution.
 struct View<'a> {
     distribution: &'a Distribution,
+    wo: DVec3,
     mu: f64,
     sin_o: f64,
     /// tan theta_o, infinite at the horizon.
@@ -292,6 +314,7 @@ struct View<'a> {
 /// One azimuth of the facets.
 struct Slice {
     profile: Isotropic,
+    azimuth: DVec2,
     /// tan theta_o cos phi.
     x: f64,
     cos_phi: f64,
@@ -301,7 +324,8 @@ struct Slice {
 
 impl<'a> View<'a> {
     fn new(distribution: &'a Distribution, mu: f64, phi: f64) -> Self {
-        let azimuth = DVec2::from_angle(phi);
+        // along a tangent the rounding of phi must not break the symmetry
+        let azimuth = DVec2::from_angle(phi).map(|c| if c.abs() < 1e-15 { 0.0 } else { c });
         let axes = match distribution {
             Distribution::Isotropic(_) => DVec2::ONE,
             Distribution::Anisotropic(anisotropic) => anisotropic.axes() / anisotropic.axes().max_element(),
@@ -312,6 +336,7 @@ impl<'a> View<'a> {
         let sin_o = Polar::from_cos(mu).sin;
         Self {
             distribution,
+            wo: (azimuth * sin_o).extend(mu),
             mu,
             sin_o,
             tau: sin_o / mu,
@@ -332,6 +357,7 @@ impl<'a> View<'a> {
         let cos_phi = (self.length * sin / radius).clamp(-1.0, 1.0);
         Slice {
             profile: self.distribution.along(azimuth),
+            azimuth,
             // at normal incidence 0, and at the horizon infinite
             x: if cos_phi == 0.0 { 0.0 } else { self.tau * cos_phi },
             cos_phi,

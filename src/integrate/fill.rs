@@ -2,8 +2,7 @@
 
 use super::between::{between, places};
 use super::{Effort, Estimate, Estimator, IntegrateError, Integrator, Target};
-use crate::bxdf::Model;
-use crate::parameter::ParameterError;
+use crate::bxdf::{Model, ModelError};
 use crate::plan::TablePlan;
 use crate::table::axis::{AZIMUTH, Axis, MU};
 use crate::table::{ErrorKind, Quantity, Table, TableError};
@@ -23,13 +22,13 @@ pub enum FillError {
         /// What failed.
         source: IntegrateError,
     },
-    /// A roughness of the axis is no legal parameter.
+    /// A roughness of the axis makes no model.
     #[error("table {id}: {source}")]
-    Parameter {
+    Model {
         /// The table.
         id: String,
-        /// The refused value.
-        source: ParameterError,
+        /// What was refused.
+        source: ModelError,
     },
     /// The result cannot be stored.
     #[error(transparent)]
@@ -214,7 +213,7 @@ impl Coordinates {
 }
 
 pub(super) fn model_at(plan: &TablePlan, roughness: Option<f64>) -> Result<Model, FillError> {
-    plan.model.at(roughness).map_err(|source| FillError::Parameter {
+    plan.model.at(roughness).map_err(|source| FillError::Model {
         id: plan.id.clone(),
         source,
     })

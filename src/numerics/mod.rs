@@ -1,6 +1,7 @@
-//! Numerical ground floor: nested quadrature, interpolating curves, running moments, random streams.
+//! Numerical ground floor: nested quadrature, interpolating curves, running moments, random streams, Gaussian integrals.
 
 pub mod curve;
+pub mod gaussian;
 pub mod moments;
 pub mod patterson;
 pub mod quadrature;

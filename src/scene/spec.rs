@@ -1,6 +1,6 @@
 //! The materials of a scene as it describes them: models whose roughness may still be a range.
 
-use crate::bxdf::{Bxdf, Coupling, DiffuseSpecular, Lambertian, Microfacet, Model};
+use crate::bxdf::{Bxdf, Coupling, DiffuseSpecular, Lambertian, Microfacet, Model, ModelError};
 use crate::distribution::{Anisotropic, Distribution, Family};
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
@@ -141,9 +141,9 @@ impl ModelSpec {
     /// roughness stays what it is, whatever is passed.
     ///
     /// # Errors
-    /// [`ParameterError`] when a parameter is outside its legal range; models that were read from a scene have none such,
-    /// so that only `roughness` itself can be refused.
-    pub fn at(&self, roughness: Option<f64>) -> Result<Model, ParameterError> {
+    /// [`ModelError`] when a parameter is outside its legal range or parts do not go together; models that were read from a
+    /// scene have none such, so that only `roughness` itself can be refused.
+    pub fn at(&self, roughness: Option<f64>) -> Result<Model, ModelError> {
         Ok(match self {
             Self::Lambertian(lambertian) => Model::Lambertian(*lambertian),
             Self::Microfacet {
@@ -205,7 +205,7 @@ impl ModelSpec {
                 facts.add(prefix, "type", "microfacet");
                 facts.add(prefix, "reflectance", spectrum(*reflectance));
                 distribution.describe_to(facts, prefix);
-                facts.add(prefix, "masking", masking_name(*masking));
+                facts.add(prefix, "masking", masking.name());
                 describe_fresnel(fresnel, facts, prefix);
             }
             Self::DiffuseSpecular {
@@ -270,13 +270,6 @@ fn spectrum(spectrum: Spectrum) -> String {
     }
 }
 
-fn masking_name(masking: Masking) -> &'static str {
-    match masking {
-        Masking::None => "none",
-        Masking::VGroove => "v-groove",
-    }
-}
-
 fn coupling_name(coupling: Coupling) -> &'static str {
     match coupling {
         Coupling::Mikkelsen => "mikkelsen",
@@ -325,7 +318,8 @@ mod tests {
             assert_eq!(spec.roughness_range(), Some((Family::Vmf, 1.0, 4096.0)));
             assert_eq!(kappa_of(&spec.at(Some(17.0)).unwrap()), kappa(17.0));
             assert_eq!(kappa_of(&spec.at(None).unwrap()), kappa(1.0));
-            assert_eq!(spec.at(Some(f64::NAN)).unwrap_err().parameter, "kappa");
+            let refused = spec.at(Some(f64::NAN)).unwrap_err();
+            assert!(matches!(refused, ModelError::Parameter(error) if error.parameter == "kappa"));
         }
         let fixed = coupled(microfacet(Roughness::Fixed(3.0)));
         assert_eq!(fixed.roughness_range(), None);

@@ -101,8 +101,13 @@ const EXPONENT: Legal = Legal {
 
 pub(super) const MASKINGS: Vocabulary<Masking> = Vocabulary {
     what: "masking",
-    known: &[("none", Masking::None), ("v-groove", Masking::VGroove)],
-    later: &["smith", "smith-correlated"],
+    known: &[
+        ("none", Masking::None),
+        ("v-groove", Masking::VGroove),
+        ("smith", Masking::Smith),
+        ("smith-correlated", Masking::SmithCorrelated),
+    ],
+    later: &[],
 };
 
 pub(super) const FRESNELS: Vocabulary<FresnelType> = Vocabulary {

@@ -1,0 +1,20 @@
+//! Why a model cannot be made of the parts it was given.
+
+use crate::parameter::ParameterError;
+use thiserror::Error;
+
+/// Parts that make no model.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum ModelError {
+    /// A parameter outside its legal range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// Smith masking of a distribution that has no exact Lambda.
+    #[error(
+        "masking \"smith\" is not allowed with distribution \"{distribution}\": it goes with beckmann and ggx only"
+    )]
+    SmithNeedsSlopes {
+        /// Name of the distribution.
+        distribution: &'static str,
+    },
+}
