@@ -51,6 +51,8 @@
 //! - [Abramowitz and Stegun 1964] M. Abramowitz, I. Stegun, *Handbook of Mathematical Functions*.
 //! - [Chan et al. 1983] T. Chan, G. Golub, R. LeVeque, *Algorithms for computing the sample variance*, The American
 //!   Statistician 37.
+//! - [CIE 015:2018] Commission Internationale de l'Eclairage, *Colorimetry*, fourth edition.
+//! - [ITU-R BT.709-6] International Telecommunication Union, *Parameter values for the HDTV standards*.
 //! - [Johnson 1978] N. Johnson, *Modified t tests and confidence intervals for asymmetrical populations*, Journal of the
 //!   American Statistical Association 73.
 //! - [Maurer and Pontil 2009] A. Maurer, M. Pontil, *Empirical Bernstein bounds and sample-variance penalization*, COLT.
@@ -64,6 +66,8 @@
 //!
 //! [Abramowitz and Stegun 1964]: #bibliography
 //! [Chan et al. 1983]: #bibliography
+//! [CIE 015:2018]: #bibliography
+//! [ITU-R BT.709-6]: #bibliography
 //! [Johnson 1978]: #bibliography
 //! [Maurer and Pontil 2009]: #bibliography
 //! [Mikkelsen 2009]: #bibliography
