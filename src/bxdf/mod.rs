@@ -6,11 +6,13 @@
 
 mod diffuse_specular;
 mod flags;
+mod irregular;
 mod lambertian;
 mod microfacet;
 
 pub use diffuse_specular::{CoupledBxdf, Coupling, DiffuseSpecular, SpecularAlbedo};
 pub use flags::Flags;
+pub use irregular::Irregular;
 pub use lambertian::Lambertian;
 pub use microfacet::Microfacet;
 

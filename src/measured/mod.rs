@@ -4,6 +4,9 @@
 //! the place in it, the value and what is allowed.
 
 pub mod cie;
+mod file;
+pub mod index;
+pub mod irregular;
 
 use thiserror::Error;
 
