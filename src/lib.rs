@@ -57,6 +57,8 @@
 //!   Graphics Techniques 3.
 //! - [Heitz and d'Eon 2014] E. Heitz, E. d'Eon, *Importance sampling microfacet-based BSDFs using the distribution of
 //!   visible normals*, Computer Graphics Forum 33.
+//! - [CIE 015:2018] Commission Internationale de l'Eclairage, *Colorimetry*, fourth edition.
+//! - [ITU-R BT.709-6] International Telecommunication Union, *Parameter values for the HDTV standards*.
 //! - [Johnson 1978] N. Johnson, *Modified t tests and confidence intervals for asymmetrical populations*, Journal of the
 //!   American Statistical Association 73.
 //! - [Maurer and Pontil 2009] A. Maurer, M. Pontil, *Empirical Bernstein bounds and sample-variance penalization*, COLT.
@@ -77,6 +79,8 @@
 //! [Dupuy and Benyoub 2023]: #bibliography
 //! [Heitz 2014]: #bibliography
 //! [Heitz and d'Eon 2014]: #bibliography
+//! [CIE 015:2018]: #bibliography
+//! [ITU-R BT.709-6]: #bibliography
 //! [Johnson 1978]: #bibliography
 //! [Maurer and Pontil 2009]: #bibliography
 //! [Mikkelsen 2009]: #bibliography

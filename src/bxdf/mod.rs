@@ -7,6 +7,7 @@
 mod diffuse_specular;
 mod error;
 mod flags;
+mod irregular;
 mod lambertian;
 mod microfacet;
 mod model;
@@ -14,6 +15,7 @@ mod model;
 pub use diffuse_specular::{CoupledBxdf, Coupling, DiffuseSpecular, SpecularAlbedo};
 pub use error::ModelError;
 pub use flags::Flags;
+pub use irregular::Irregular;
 pub use lambertian::Lambertian;
 pub use microfacet::Microfacet;
 pub use model::Model;

@@ -115,7 +115,7 @@ impl Smith {
         };
         let seen = self.seen(wo, cos.o);
         if correlated {
-            cos.d * (i / (i * seen + o * self.hidden(wi, cos.i)))
+            (cos.d / cos.h * (i / (i * seen + o * self.hidden(wi, cos.i)))).min(f64::MAX)
         } else {
             cos.d / seen * (i / self.seen(wi, cos.i))
         }

@@ -3,6 +3,11 @@
 //! A file is refused before memory is spent on what it announces: its size is known first, and every error names the file,
 //! the place in it, the value and what is allowed.
 
+pub mod cie;
+mod file;
+pub mod index;
+pub mod irregular;
+
 use thiserror::Error;
 
 /// A data file that cannot be used.
