@@ -61,6 +61,8 @@
 //! - [Kolmogorov 1933], [Stephens 1970] A. Kolmogorov, M. Stephens: the one-sample test of a distribution and its tables.
 //! - [Sidak 1967] Z. Sidak, *Rectangular confidence regions for the means of multivariate normal distributions*, JASA 62.
 //! - [Steele et al. 2014] G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, OOPSLA.
+//! - [Walsh 1926] J. Walsh, *The reflection factor of a polished glass surface for diffused light*, Illumination Research
+//!   Technical Paper 2, H. M. Stationery Office.
 //!
 //! [Abramowitz and Stegun 1964]: #bibliography
 //! [Chan et al. 1983]: #bibliography
@@ -74,6 +76,7 @@
 //! [Stephens 1970]: #bibliography
 //! [Sidak 1967]: #bibliography
 //! [Steele et al. 2014]: #bibliography
+//! [Walsh 1926]: #bibliography
 
 pub mod bxdf;
 pub mod distribution;
