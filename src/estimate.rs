@@ -60,6 +60,14 @@ impl Lobe {
         Self::ALL.into_iter().find(|lobe| lobe.name() == name)
     }
 
+    /// The opposite side.
+    pub fn other(self) -> Self {
+        match self {
+            Self::Reflection => Self::Transmission,
+            Self::Transmission => Self::Reflection,
+        }
+    }
+
     /// What a model that scatters to this side has among its flags.
     pub fn flag(self) -> Flags {
         match self {
@@ -94,6 +102,17 @@ pub struct Estimate {
 /// irregular samples, whose f jumps, what a few million samples know.
 pub fn default_tolerance(model: &Model) -> f64 {
     if model.is_irregular() { 1e-3 } else { 1e-6 }
+}
+
+impl Estimate {
+    /// Value and error times a non-negative `scale` per channel.
+    pub fn scaled(self, scale: DVec3) -> Self {
+        Self {
+            value: scale * self.value,
+            error: scale * self.error,
+            ..self
+        }
+    }
 }
 
 /// How much work an estimate may take.

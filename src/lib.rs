@@ -73,6 +73,8 @@
 //! - [Steele et al. 2014] G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, OOPSLA.
 //! - [Walter et al. 2007] B. Walter, S. Marschner, H. Li, K. Torrance, *Microfacet models for refraction through rough
 //!   surfaces*, Eurographics Symposium on Rendering.
+//! - [Walsh 1926] J. Walsh, *The reflection factor of a polished glass surface for diffused light*, Illumination Research
+//!   Technical Paper 2, H. M. Stationery Office.
 //!
 //! [Abramowitz and Stegun 1964]: #bibliography
 //! [Chan et al. 1983]: #bibliography
@@ -93,6 +95,7 @@
 //! [Smith 1967]: #bibliography
 //! [Steele et al. 2014]: #bibliography
 //! [Walter et al. 2007]: #bibliography
+//! [Walsh 1926]: #bibliography
 
 pub mod bxdf;
 pub mod distribution;

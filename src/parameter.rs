@@ -82,12 +82,26 @@ pub const GGX_ALPHA: Legal = Legal::new("alpha", 1e-6, 10.0);
 pub const PHONG_N: Legal = Legal::new("n", 0.0, 1e8);
 /// Relative index of refraction, transmitted over incident side.
 pub const ETA: Legal = Legal::new("eta", 0.01, 100.0);
+/// Index of refraction of the medium above a refracting surface.
+pub const ETA_A: Legal = Legal::new("eta_a", ETA.min, ETA.max);
+/// Index of refraction of the medium below it.
+pub const ETA_B: Legal = Legal::new("eta_b", ETA.min, ETA.max);
 /// Extinction coefficient of a conductor.
 pub const EXTINCTION: Legal = Legal::new("k", 0.0, 100.0);
 /// Reflectance at normal incidence of Schlick's approximation.
 pub const R0: Legal = Legal::new("r0", 0.0, 1.0);
 /// Albedo of a lobe.
 pub const REFLECTANCE: Legal = Legal::new("reflectance", 0.0, 1.0);
+/// Scale of the transmitted light.
+pub const TRANSMITTANCE: Legal = Legal::new("transmittance", 0.0, 1.0);
+/// Standard deviation of the facet angle of Oren and Nayar, in degrees.
+pub const SIGMA_DEG: Legal = Legal::new("sigma_deg", 0.0, 90.0);
+/// Reflectance of the diffuse base of a Fresnel blend.
+pub const RD: Legal = Legal::new("rd", 0.0, 1.0);
+/// Reflectance at normal incidence of the coat of a Fresnel blend.
+pub const RS: Legal = Legal::new("rs", 0.0, 1.0);
+/// Factor of a scaled model.
+pub const SCALE: Legal = Legal::new("scale", 0.0, 1.0);
 /// Scale of the specular lobe in the diffuse-specular coupling.
 pub const KS: Legal = Legal::new("ks", 0.0, 1.0);
 /// Scale of the diffuse lobe in the diffuse-specular coupling.

@@ -26,6 +26,17 @@ impl Flags {
     pub fn matches(self, wanted: Self) -> bool {
         wanted.contains(self)
     }
+
+    /// The same sharpness on the opposite sides.
+    ///
+    /// Exchanging both bits, as [pbrt 2010, section 8.1] does with an exclusive or, would leave none of them for a model
+    /// that scatters to both sides.
+    pub fn mirrored(self) -> Self {
+        let mut mirrored = self - (Self::REFLECTION | Self::TRANSMISSION);
+        mirrored.set(Self::REFLECTION, self.contains(Self::TRANSMISSION));
+        mirrored.set(Self::TRANSMISSION, self.contains(Self::REFLECTION));
+        mirrored
+    }
 }
 
 #[cfg(test)]
@@ -40,5 +51,14 @@ mod tests {
         assert!(!mirror.matches(Flags::all() - Flags::SPECULAR));
         let glass = mirror | Flags::TRANSMISSION;
         assert!(!glass.matches(mirror));
+    }
+
+    #[test]
+    fn a_mirrored_model_scatters_to_the_opposite_sides() {
+        let mirror = Flags::REFLECTION | Flags::SPECULAR;
+        assert_eq!(mirror.mirrored(), Flags::TRANSMISSION | Flags::SPECULAR);
+        let glass = mirror | Flags::TRANSMISSION;
+        assert_eq!(glass.mirrored(), glass);
+        assert_eq!(Flags::empty().mirrored(), Flags::empty());
     }
 }

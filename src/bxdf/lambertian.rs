@@ -1,6 +1,6 @@
 //! Ideal diffuse reflection [Mikkelsen 2009, eq. 26; pbrt 2010, section 8.3].
 
-use super::{Bxdf, BxdfSample, Flags, cosine_hemisphere};
+use super::{Bxdf, BxdfSample, Flags, cosine_hemisphere, opposite_sides};
 use crate::parameter::{ParameterError, REFLECTANCE};
 use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
@@ -39,7 +39,7 @@ impl Bxdf for Lambertian {
     }
 
     fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        if wo.z * wi.z < 0.0 {
+        if opposite_sides(wo, wi) {
             DVec3::ZERO
         } else {
             self.reflectance.value() * FRAC_1_PI
@@ -47,7 +47,11 @@ impl Bxdf for Lambertian {
     }
 
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
-        if wo.z * wi.z < 0.0 { 0.0 } else { wi.z.abs() * FRAC_1_PI }
+        if opposite_sides(wo, wi) {
+            0.0
+        } else {
+            wi.z.abs() * FRAC_1_PI
+        }
     }
 
     fn sample_f(&self, wo: DVec3, u: [f64; 3]) -> BxdfSample {

@@ -4,21 +4,29 @@
 //! that are wrong on purpose. [`Model`] is the closed set that scenes name and that the deterministic integrators know from
 //! the inside.
 
+mod adapters;
 mod diffuse_specular;
 mod error;
 mod flags;
+mod fresnel_blend;
 mod irregular;
 mod lambertian;
 mod microfacet;
 mod model;
+mod oren_nayar;
+mod specular;
 
+pub use adapters::{BrdfToBtdf, Scaled, Sum};
 pub use diffuse_specular::{CoupledBxdf, Coupling, DiffuseSpecular, SpecularAlbedo};
 pub use error::ModelError;
 pub use flags::Flags;
+pub use fresnel_blend::FresnelBlend;
 pub use irregular::Irregular;
 pub use lambertian::Lambertian;
 pub use microfacet::Microfacet;
 pub use model::Model;
+pub use oren_nayar::OrenNayar;
+pub use specular::{FresnelSpecular, SpecularReflection, SpecularTransmission, Transport};
 
 use crate::geometry::Polar;
 use crate::spectrum::Channels;
@@ -219,6 +227,24 @@ fn on_a_side<B: Bxdf + ?Sized>(bxdf: &B, wo: DVec3, above: DVec3, u: f64) -> (DV
 /// `w` reflected in the surface.
 pub fn other_hemisphere(w: DVec3) -> DVec3 {
     DVec3::new(w.x, w.y, -w.z)
+}
+
+/// Whether the surface lies between two directions; one at the horizon is on both sides of it.
+///
+/// The sign of wo.z wi.z says the same, unless the product underflows.
+pub(crate) fn opposite_sides(wo: DVec3, wi: DVec3) -> bool {
+    (wo.z < 0.0 && wi.z > 0.0) || (wo.z > 0.0 && wi.z < 0.0)
+}
+
+/// `wi` when it belongs to the side across the surface from `wo`: one at the horizon is moved off it by less than any sum
+/// of cosines notices, so that nobody takes it for reflected.
+fn across(wo: DVec3, wi: DVec3) -> DVec3 {
+    let least = if wo.z < 0.0 {
+        f64::MIN_POSITIVE
+    } else {
+        -f64::MIN_POSITIVE
+    };
+    if wi.z == 0.0 { DVec3::new(wi.x, wi.y, least) } else { wi }
 }
 
 /// A direction with density cos theta/pi; u in [0, 1)^2.

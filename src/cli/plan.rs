@@ -74,7 +74,7 @@ fn cost(table: &TablePlan) -> Result<Cost, Failure> {
     times.sort_by(f64::total_cmp);
     let each = 1.0 / targets.len() as f64;
     Ok(Cost {
-        estimator: integrator.estimator().name(),
+        estimator: integrator.estimator(targets[0]).name(),
         evaluations: evaluations as f64 * each * table.texels() as f64
             + shared * integrator.shared_evaluations() as f64,
         seconds: times[times.len() / 2] * work(table) as f64,

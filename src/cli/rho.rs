@@ -172,7 +172,7 @@ impl Rho {
                 let result = integrator.estimate(target.of(lobe), cell as u64);
                 let mut estimate = match result {
                     // nobody asked for this angle in particular
-                    Err(error @ IntegrateError::Diverges) if self.default_angles() => {
+                    Err(error @ IntegrateError::Diverges(_)) if self.default_angles() => {
                         bar.suspend(|| eprintln!("note: {}", failed(&error)));
                         continue;
                     }

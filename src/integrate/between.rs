@@ -34,7 +34,7 @@ pub(super) fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -
     let references = match integrals(plan, axes, &places, Estimator::Auto, effort, progress) {
         Ok((references, _)) => references,
         Err(FillError::Integral {
-            source: IntegrateError::Diverges,
+            source: IntegrateError::Diverges(_),
             ..
         }) => {
             let at = axes.iter().map(|axis| axis.min).collect();

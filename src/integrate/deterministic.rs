@@ -1,24 +1,60 @@
 //! Closed forms and quadrature of the models that scenes name.
 
-use super::{Angles, ErrorKind, Estimate, Estimator, IntegrateError, Target, facets, microfacet_hd, microfacet_hh};
-use crate::bxdf::{DiffuseSpecular, Model};
+use super::hemisphere::Mean;
+use super::{
+    Angles, ErrorKind, Estimate, Estimator, IntegrateError, Lobe, Target, facets, microfacet_hd, microfacet_hh,
+};
+use crate::bxdf::{DiffuseSpecular, Flags, FresnelBlend, Microfacet, Model, SpecularReflection};
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
-use crate::numerics::quadrature::Integral;
+use crate::numerics::quadrature::{Bounded, Integral};
 use glam::DVec3;
 
 /// Share of the tolerance that goes to rho_bar of a coupling.
 pub(super) const UNSPENT_SHARE: f64 = 0.1;
 
 /// The closed form, where there is one.
-pub fn closed_form(model: &Model) -> Option<Estimate> {
+pub fn closed_form(model: &Model, target: Target) -> Option<Estimate> {
+    let sides = target.lobe.flag();
+    if !model.flags().contains(sides) {
+        return Some(exact(DVec3::ZERO));
+    }
     match model {
         Model::Lambertian(lambertian) => Some(exact(lambertian.albedo())),
-        Model::Microfacet(_) => None,
+        Model::OrenNayar(rough) => Some(exact(match target.outgoing {
+            Some(Angles { mu, .. }) => rough.rho_hd(mu),
+            None => rough.rho_hh(),
+        })),
+        Model::SpecularReflection(mirror) => match target.outgoing {
+            Some(Angles { mu, .. }) => Some(exact(mirror.rho_hd(sides, mu))),
+            None => mirror.rho_hh(sides).map(rounded),
+        },
+        Model::SpecularTransmission(window) => Some(match target.outgoing {
+            Some(Angles { mu, .. }) => exact(window.rho_hd(sides, mu)),
+            None => rounded(window.rho_hh(sides)),
+        }),
+        Model::FresnelSpecular(glass) => Some(match target.outgoing {
+            Some(Angles { mu, .. }) => exact(glass.rho_hd(sides, mu)),
+            None => rounded(glass.rho_hh(sides)),
+        }),
+        Model::Microfacet(_) | Model::FresnelBlend(_) | Model::Irregular(_) => None,
+        Model::BrdfToBtdf(mirrored) => closed_form(mirrored.bxdf(), target.of(target.lobe.other())),
+        Model::Scaled(scaled) => Some(closed_form(scaled.bxdf(), target)?.scaled(scaled.scale().value())),
+        Model::Sum(sum) => {
+            let parts: Option<Vec<Estimate>> = sum.parts().iter().map(|part| closed_form(part, target)).collect();
+            Some(added(parts?))
+        }
         Model::DiffuseSpecular(coupled) => {
-            let rho = closed_form(coupled.specular())?.value;
-            let unspent = DVec3::ONE - coupled.ks().value() * rho;
-            Some(exact(coupled.total_albedo(rho, unspent)))
+            let mean = closed_form(coupled.specular(), Target::rho_hh())?;
+            let unspent = unspent_of(coupled, mean);
+            match target.outgoing {
+                Some(_) => Some(total_albedo(
+                    coupled,
+                    closed_form(coupled.specular(), target)?,
+                    &unspent,
+                )),
+                None => Some(total_mean(coupled, unspent)),
+            }
         }
     }
 }
@@ -26,28 +62,23 @@ pub fn closed_form(model: &Model) -> Option<Estimate> {
 /// Deterministic integration to an absolute error of at most `tolerance`.
 ///
 /// # Errors
-/// [`IntegrateError::NotConverged`], or [`IntegrateError::Diverges`] where the integral has no finite value.
+/// [`IntegrateError::NotConverged`], [`IntegrateError::Diverges`] where the integral has no finite value, and
+/// [`IntegrateError::Unsupported`] for irregular samples.
 pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estimate, IntegrateError> {
+    if let Some(estimate) = closed_form(model, target) {
+        return Ok(estimate);
+    }
     match model {
-        Model::Lambertian(lambertian) => Ok(exact(lambertian.albedo())),
-        Model::Microfacet(microfacet) => {
-            let grooves = !microfacet.masking.is_smith();
-            let Some(distribution) = microfacet.distribution.isotropic().filter(|_| grooves) else {
-                return Ok(bound(match target.outgoing {
-                    Some(Angles { mu, phi }) => facets::rho_hd(microfacet, mu, phi, tolerance)?,
-                    None => facets::rho_hh(microfacet, tolerance)?,
-                }));
-            };
-            if microfacet.masking.is_smith() {
-                return Err(IntegrateError::Unsupported {
-                    estimator: Estimator::Quadrature,
-                    reason: "its masking is of Smith's kind; use mc-visible",
-                });
-            }
-            Ok(bound(match target.outgoing {
-                Some(Angles { mu, .. }) => microfacet_hd::rho_hd(microfacet, distribution, mu, tolerance)?,
-                None => microfacet_hh::rho_hh(microfacet, distribution, tolerance)?,
-            }))
+        Model::Microfacet(microfacet) => Ok(bound(of_microfacet(microfacet, target, tolerance)?)),
+        Model::FresnelBlend(blend) => of_blend(blend, target, tolerance),
+        Model::SpecularReflection(mirror) => Ok(bound(mean_of_mirror(mirror, tolerance)?)),
+        Model::BrdfToBtdf(mirrored) => quadrature(mirrored.bxdf(), target.of(target.lobe.other()), tolerance),
+        Model::Scaled(scaled) => Ok(quadrature(scaled.bxdf(), target, tolerance)?.scaled(scaled.scale().value())),
+        Model::Sum(sum) => {
+            let share = tolerance / sum.parts().len() as f64;
+            let parts: Result<Vec<Estimate>, IntegrateError> =
+                sum.parts().iter().map(|part| quadrature(part, target, share)).collect();
+            Ok(added(parts?))
         }
         Model::DiffuseSpecular(coupled) => {
             let unspent = unspent(coupled, UNSPENT_SHARE * tolerance)?;
@@ -57,7 +88,61 @@ pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estim
                 ..estimate
             })
         }
+        Model::Irregular(_) => Err(IntegrateError::Unsupported {
+            estimator: Estimator::Quadrature,
+            reason: "f jumps between irregular samples; use auto or mc-bxdf",
+        }),
+        Model::Lambertian(_) | Model::OrenNayar(_) | Model::SpecularTransmission(_) | Model::FresnelSpecular(_) => {
+            Err(IntegrateError::Unsupported {
+                estimator: Estimator::Quadrature,
+                reason: "it has a closed form; use auto",
+            })
+        }
     }
+}
+
+fn of_microfacet(microfacet: &Microfacet, target: Target, tolerance: f64) -> Result<Integral, IntegrateError> {
+    // V-grooves and no masking have integrators of their own, with the azimuth integral inside, for isotropic lobes
+    let isotropic = microfacet
+        .distribution
+        .isotropic()
+        .filter(|_| !microfacet.masking.is_smith());
+    match (isotropic, target.outgoing) {
+        (Some(lobe), Some(Angles { mu, .. })) => microfacet_hd::rho_hd(microfacet, lobe, mu, tolerance),
+        (Some(lobe), None) => microfacet_hh::rho_hh(microfacet, lobe, tolerance),
+        (None, Some(Angles { mu, phi })) => facets::rho_hd(microfacet, mu, phi, tolerance),
+        (None, None) => facets::rho_hh(microfacet, tolerance),
+    }
+}
+
+/// The diffuse part in closed form, the coat by quadrature.
+fn of_blend(blend: &FresnelBlend, target: Target, tolerance: f64) -> Result<Estimate, IntegrateError> {
+    let (diffuse, coat) = match target.outgoing {
+        Some(Angles { mu, phi }) => (
+            blend.diffuse_rho_hd(mu),
+            facets::coat_rho_hd(blend, mu, phi, tolerance)?,
+        ),
+        None => (blend.diffuse_rho_hh(), facets::coat_rho_hh(blend, tolerance)?),
+    };
+    Ok(added(vec![exact(diffuse), bound(coat)]))
+}
+
+/// rho_hh of a mirror whose Fresnel term has no mean in closed form: 2 int F mu dmu.
+fn mean_of_mirror(mirror: &SpecularReflection, tolerance: f64) -> Result<Integral, IntegrateError> {
+    let edges = mirror.fresnel().edges();
+    let marks: Vec<(f64, bool)> = edges.iter().map(|edge| (edge.cos, edge.kink)).collect();
+    Mean {
+        marks: &marks,
+        anisotropic: false,
+        bound: 1.0,
+        grows: false,
+    }
+    .integrate(tolerance, |mu, _, _| {
+        Ok(Integral {
+            bounded: Bounded::exact(mirror.rho_hd(Flags::REFLECTION, mu)),
+            evaluations: 1,
+        })
+    })
 }
 
 /// 1 - ks rho_hh of the specular lobe, as accurate as its use needs: relative accuracy where rho_hh is close to 1.
@@ -82,12 +167,18 @@ pub fn unspent(coupled: &DiffuseSpecular, tolerance: f64) -> Result<Estimate, In
             ..bound(lost)
         });
     }
-    let rho = quadrature(coupled.specular(), Target::rho_hh(), tolerance)?;
-    Ok(Estimate {
-        value: DVec3::ONE - ks * rho.value,
-        error: ks * rho.error,
-        ..rho
-    })
+    let mean = quadrature(coupled.specular(), Target::rho_hh(), tolerance)?;
+    Ok(unspent_of(coupled, mean))
+}
+
+/// 1 - ks rho_hh from rho_hh.
+pub(super) fn unspent_of(coupled: &DiffuseSpecular, mean: Estimate) -> Estimate {
+    let ks = coupled.ks().value();
+    Estimate {
+        value: DVec3::ONE - ks * mean.value,
+        error: ks * mean.error,
+        ..mean
+    }
 }
 
 /// [`quadrature`] of a coupling whose 1 - ks rho_bar is known already; its evaluations are not counted again.
@@ -101,7 +192,9 @@ pub fn quadrature_with(
     unspent: &Estimate,
 ) -> Result<Estimate, IntegrateError> {
     match model {
-        Model::DiffuseSpecular(coupled) => coupled_albedo(coupled, target, tolerance, unspent),
+        Model::DiffuseSpecular(coupled) if target.lobe == Lobe::Reflection => {
+            coupled_albedo(coupled, target, tolerance, unspent)
+        }
         other => quadrature(other, target, tolerance),
     }
 }
@@ -116,27 +209,69 @@ fn coupled_albedo(
     match target.outgoing {
         Some(_) => {
             let rho = quadrature(coupled.specular(), target, (1.0 - UNSPENT_SHARE) * tolerance)?;
-            Ok(Estimate {
-                value: coupled.total_albedo(rho.value, unspent.value),
-                error: coupled.total_albedo_error(rho.value, rho.error, unspent.value, unspent.error),
-                ..rho
-            })
+            Ok(total_albedo(coupled, rho, unspent))
         }
         None => Ok(Estimate {
-            value: coupled.total_mean_albedo(unspent.value),
             evaluations: 0,
-            // the slope in 1 - ks rho_bar is between -1 and 1
-            ..*unspent
+            ..total_mean(coupled, *unspent)
         }),
     }
 }
 
+/// rho_hd of the whole from that of its specular lobe.
+pub(super) fn total_albedo(coupled: &DiffuseSpecular, rho: Estimate, unspent: &Estimate) -> Estimate {
+    Estimate {
+        value: coupled.total_albedo(rho.value, unspent.value),
+        error: coupled.total_albedo_error(rho.value, rho.error, unspent.value, unspent.error),
+        kind: rho.kind.max(unspent.kind),
+        estimator: if unspent.kind > rho.kind {
+            unspent.estimator
+        } else {
+            rho.estimator
+        },
+        ..rho
+    }
+}
+
+/// rho_hh of the whole; its slope in 1 - ks rho_bar is between -1 and 1.
+pub(super) fn total_mean(coupled: &DiffuseSpecular, unspent: Estimate) -> Estimate {
+    Estimate {
+        value: coupled.total_mean_albedo(unspent.value),
+        ..unspent
+    }
+}
+
+/// The sum of all parts; of what is exact and what is not the worst is said.
+fn added(parts: Vec<Estimate>) -> Estimate {
+    let none = Estimate {
+        error: DVec3::ZERO,
+        ..exact(DVec3::ZERO)
+    };
+    parts.into_iter().fold(none, |sum, part| Estimate {
+        value: sum.value + part.value,
+        error: sum.error + part.error,
+        kind: sum.kind.max(part.kind),
+        estimator: if part.kind > sum.kind {
+            part.estimator
+        } else {
+            sum.estimator
+        },
+        evaluations: sum.evaluations + part.evaluations,
+    })
+}
+
 fn exact(value: DVec3) -> Estimate {
     // a handful of roundings
-    let error = value.abs() * 4.0 * f64::EPSILON;
-    Estimate {
+    rounded(Bounded {
         value,
-        error,
+        error: value.abs() * 4.0 * f64::EPSILON,
+    })
+}
+
+fn rounded(closed: Bounded) -> Estimate {
+    Estimate {
+        value: closed.value,
+        error: closed.error,
         kind: ErrorKind::Exact,
         estimator: Estimator::ClosedForm,
         evaluations: 0,

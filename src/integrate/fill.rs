@@ -59,7 +59,7 @@ pub fn fill(plan: &TablePlan, progress: Progress<'_>) -> Result<Table, FillError
         let table = match fill_axes(plan, axes, progress) {
             // axes that reach a place where the integral diverges are no choice; those that stay clear of it may be
             Err(FillError::Integral {
-                source: IntegrateError::Diverges,
+                source: IntegrateError::Diverges(_),
                 ..
             }) if best.is_some() => continue,
             table => table?,

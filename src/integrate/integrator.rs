@@ -1,67 +1,72 @@
 //! The choice of an estimator for a model, and its run.
 
-use super::deterministic::{UNSPENT_SHARE, closed_form, quadrature, quadrature_with, unspent};
+use super::deterministic::{
+    UNSPENT_SHARE, closed_form, quadrature, quadrature_with, total_albedo, total_mean, unspent, unspent_of,
+};
 use super::monte_carlo::{self, Outgoing, Samples, Trial, outgoing};
-use super::{Effort, Estimate, Estimator, IntegrateError, Target, sampled};
-use crate::bxdf::{Bxdf, Model};
+use super::{Effort, Estimate, Estimator, IntegrateError, Lobe, Target, sampled};
+use crate::bxdf::{Bxdf, DiffuseSpecular, Model, Sampling};
 
 /// Most samples that a tolerance may ask for: some minutes of one core.
 const SAMPLE_LIMIT: u64 = 1 << 34;
+
+/// Cell of the random streams of what all directions share; cells of directions count from 0.
+const SHARED_CELL: u64 = u64::MAX;
 
 /// A model with the estimator that computes its integrals.
 pub struct Integrator<'a> {
     model: &'a Model,
     estimator: Estimator,
     effort: Effort,
-    /// The model as a [`Bxdf`], where Monte Carlo needs one.
+    /// The model, or of a coupling over irregular samples its specular lobe, where Monte Carlo needs it.
     bxdf: Option<Box<dyn Bxdf + 'a>>,
     /// 1 - ks rho_bar, shared by all directions of a coupling.
     unspent: Option<Estimate>,
 }
 
 impl<'a> Integrator<'a> {
-    /// Settles `auto` for this model and prepares what the estimator needs.
+    /// Prepares what the estimator needs.
     ///
-    /// `auto` is the closed form where there is one and quadrature otherwise: at every tolerance the rules need fewer
-    /// evaluations than the first batch of samples that a confidence interval is built on. The closest seen was a coupling
-    /// to 1e-2 with 1190 of 16384, see `tests/bounds.rs`.
+    /// `auto` is the closed form where there is one, Monte Carlo for irregular samples and quadrature otherwise: at every
+    /// tolerance the rules need fewer evaluations than the first batch of samples that a confidence interval is built on.
+    /// The closest seen was a coupling to 1e-2 with 1190 of 16384, see `tests/bounds.rs`.
     ///
     /// # Errors
     /// [`IntegrateError::Unsupported`] when the estimator cannot compute the model.
     pub fn new(model: &'a Model, estimator: Estimator, effort: Effort) -> Result<Self, IntegrateError> {
-        let estimator = match estimator {
-            Estimator::Auto if closed_form(model).is_some() => Estimator::ClosedForm,
-            Estimator::Auto => Estimator::Quadrature,
-            Estimator::ClosedForm if closed_form(model).is_none() => {
-                return Err(IntegrateError::Unsupported {
-                    estimator,
-                    reason: "it has no closed form; use auto",
-                });
-            }
-            chosen => chosen,
-        };
-        let bxdf = match estimator {
-            Estimator::MonteCarlo(_) => Some(sampled(model)?),
-            _ => None,
-        };
-        let unspent = match (estimator, model) {
-            (Estimator::Quadrature, Model::DiffuseSpecular(coupled)) => {
-                Some(unspent(coupled, UNSPENT_SHARE * effort.tolerance)?)
-            }
-            _ => None,
-        };
-        Ok(Self {
+        let mut integrator = Self {
             model,
             estimator,
             effort,
-            bxdf,
-            unspent,
-        })
+            bxdf: None,
+            unspent: None,
+        };
+        let share = UNSPENT_SHARE * effort.tolerance;
+        match (estimator, model) {
+            (Estimator::MonteCarlo(_), _) => integrator.bxdf = Some(sampled(model)?),
+            (Estimator::Auto, Model::DiffuseSpecular(coupled)) if model.is_irregular() => {
+                // the lobe is sampled and the coupling computed, so that no albedo between directions is needed
+                integrator.bxdf = Some(sampled(coupled.specular())?);
+                let mean = integrator.draw(Sampling::Bxdf, Target::rho_hh(), share, SHARED_CELL)?;
+                integrator.unspent = Some(unspent_of(coupled, mean));
+            }
+            (Estimator::Auto, _) if model.is_irregular() => integrator.bxdf = Some(sampled(model)?),
+            (Estimator::Auto | Estimator::Quadrature, Model::DiffuseSpecular(coupled)) => {
+                integrator.unspent = Some(unspent(coupled, share)?);
+            }
+            _ => {}
+        }
+        Ok(integrator)
     }
 
-    /// The estimator in use, never [`Estimator::Auto`].
-    pub fn estimator(&self) -> Estimator {
-        self.estimator
+    /// The estimator that `target` gets, never [`Estimator::Auto`].
+    pub fn estimator(&self, target: Target) -> Estimator {
+        match self.estimator {
+            Estimator::Auto if closed_form(self.model, target).is_some() => Estimator::ClosedForm,
+            Estimator::Auto if self.model.is_irregular() => Estimator::MonteCarlo(Sampling::Bxdf),
+            Estimator::Auto => Estimator::Quadrature,
+            chosen => chosen,
+        }
     }
 
     /// Evaluations spent on what all directions share, not counted in their estimates.
@@ -74,39 +79,67 @@ impl<'a> Integrator<'a> {
     /// # Errors
     /// [`IntegrateError`]
     pub fn estimate(&self, target: Target, cell: u64) -> Result<Estimate, IntegrateError> {
-        let Effort {
-            tolerance,
-            samples,
-            seed,
-        } = self.effort;
-        match (self.estimator, &self.bxdf) {
-            (Estimator::MonteCarlo(sampling), Some(bxdf)) => monte_carlo::estimate(
-                bxdf.as_ref(),
-                Trial {
-                    sampling,
-                    lobe: target.lobe,
-                    outgoing: target
-                        .outgoing
-                        .map_or(Outgoing::Cosine, |angles| outgoing(angles.mu, angles.phi)),
-                    samples: samples.map_or(
-                        Samples::UpTo {
-                            tolerance,
-                            limit: SAMPLE_LIMIT,
-                        },
-                        Samples::Fixed,
-                    ),
-                    seed,
-                    cell,
-                },
-            ),
-            (Estimator::ClosedForm, _) => match closed_form(self.model) {
-                Some(estimate) => Ok(estimate),
-                None => quadrature(self.model, target, tolerance),
+        let tolerance = self.effort.tolerance;
+        match (self.estimator(target), &self.unspent) {
+            (estimator @ Estimator::ClosedForm, _) => {
+                closed_form(self.model, target).ok_or(IntegrateError::Unsupported {
+                    estimator,
+                    reason: "it has no closed form; use auto",
+                })
+            }
+            (Estimator::MonteCarlo(sampling), Some(unspent)) => match self.model {
+                Model::DiffuseSpecular(coupled) if target.lobe == Lobe::Reflection => {
+                    self.over_samples(coupled, unspent, sampling, target, cell)
+                }
+                _ => self.draw(sampling, target, tolerance, cell),
             },
-            _ => match &self.unspent {
-                Some(unspent) => quadrature_with(self.model, target, tolerance, unspent),
-                None => quadrature(self.model, target, tolerance),
-            },
+            (Estimator::MonteCarlo(sampling), None) => self.draw(sampling, target, tolerance, cell),
+            (_, Some(unspent)) => quadrature_with(self.model, target, tolerance, unspent),
+            (_, None) => quadrature(self.model, target, tolerance),
         }
+    }
+
+    /// A coupling over a lobe that only samples know.
+    fn over_samples(
+        &self,
+        coupled: &DiffuseSpecular,
+        unspent: &Estimate,
+        sampling: Sampling,
+        target: Target,
+        cell: u64,
+    ) -> Result<Estimate, IntegrateError> {
+        if target.outgoing.is_none() {
+            return Ok(total_mean(coupled, *unspent));
+        }
+        let share = (1.0 - UNSPENT_SHARE) * self.effort.tolerance;
+        let rho = self.draw(sampling, target, share, cell)?;
+        Ok(total_albedo(coupled, rho, unspent))
+    }
+
+    fn draw(&self, sampling: Sampling, target: Target, tolerance: f64, cell: u64) -> Result<Estimate, IntegrateError> {
+        let Some(bxdf) = &self.bxdf else {
+            return Err(IntegrateError::Unsupported {
+                estimator: Estimator::MonteCarlo(sampling),
+                reason: "it was not made ready for sampling; use auto",
+            });
+        };
+        let samples = self.effort.samples.map_or(
+            Samples::UpTo {
+                tolerance,
+                limit: SAMPLE_LIMIT,
+            },
+            Samples::Fixed,
+        );
+        let trial = Trial {
+            sampling,
+            lobe: target.lobe,
+            outgoing: target
+                .outgoing
+                .map_or(Outgoing::Cosine, |angles| outgoing(angles.mu, angles.phi)),
+            samples,
+            seed: self.effort.seed,
+            cell,
+        };
+        monte_carlo::estimate(bxdf.as_ref(), trial)
     }
 }

@@ -10,9 +10,9 @@
 //! - In theta_h the pattern of segments changes where a kink enters or leaves at phi = 0 or pi. Those are angles in the
 //!   plane of incidence, simple fractions of the elevation beta = pi/2 - theta_o.
 
-use super::IntegrateError;
 use super::lobe::{Kink, LobeIntegral, NODE_LIMIT};
 use super::segment::{Segment, azimuth_mean};
+use super::{IntegrateError, UNMASKED};
 use crate::bxdf::Microfacet;
 use crate::distribution::Isotropic;
 use crate::fresnel::{Edge, Fresnel};
@@ -31,7 +31,7 @@ pub(super) fn rho_hd(
 ) -> Result<Integral, IntegrateError> {
     let grooves = microfacet.masking == Masking::VGroove;
     if !grooves && mu == 0.0 {
-        return Err(IntegrateError::Diverges);
+        return Err(IntegrateError::Diverges(UNMASKED));
     }
     let azimuth = Azimuth::new(mu, microfacet.masking);
     let edges = microfacet.fresnel.edges();
@@ -84,7 +84,7 @@ fn unmasked(
     if bounded.value.is_finite() && bounded.error.is_finite() {
         Ok(Integral { bounded, ..product })
     } else {
-        Err(IntegrateError::Diverges)
+        Err(IntegrateError::Diverges(UNMASKED))
     }
 }
 

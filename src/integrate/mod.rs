@@ -29,6 +29,11 @@ pub use crate::estimate::{Effort, ErrorKind, Estimate, Estimator, Lobe};
 use crate::numerics::quadrature::NotConverged;
 use thiserror::Error;
 
+/// Where [`IntegrateError::Diverges`] comes from.
+const UNMASKED: &str = "when masking = \"none\": ask for mu > 0, or use another masking";
+const UNMASKED_COAT: &str = "under a fresnel-blend of vmf facets, whose D is infinite at the horizon: ask for mu > 0, or use \
+                             another distribution";
+
 /// Why an integral has no stated value.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum IntegrateError {
@@ -64,10 +69,8 @@ pub enum IntegrateError {
         samples: u64,
     },
     /// The integral has no finite value.
-    #[error(
-        "rho_hd grows without bound as mu -> 0 when masking = \"none\": ask for mu > 0, or use masking = \"v-groove\""
-    )]
-    Diverges,
+    #[error("rho_hd grows without bound as mu -> 0 {0}")]
+    Diverges(&'static str),
     /// The estimator cannot compute this model.
     #[error("{estimator} cannot compute this material: {reason}")]
     Unsupported {

@@ -1,16 +1,22 @@
 //! Models made ready for sampling.
 
-use super::{IntegrateError, coupled_bxdf};
-use crate::bxdf::{Bxdf, Model};
+use super::{Estimator, IntegrateError, coupled_bxdf};
+use crate::bxdf::{Bxdf, DiffuseSpecular, Model, Sampling};
 
 /// The model as a [`Bxdf`]; couplings get the specular albedo that they need computed.
 ///
 /// # Errors
 /// [`IntegrateError`] when that albedo cannot be computed.
 pub fn sampled(model: &Model) -> Result<Box<dyn Bxdf + '_>, IntegrateError> {
-    Ok(match model {
-        Model::Lambertian(lambertian) => Box::new(lambertian),
-        Model::Microfacet(microfacet) => Box::new(microfacet),
-        Model::DiffuseSpecular(coupled) => Box::new(coupled_bxdf(coupled, sampled(coupled.specular())?)?),
-    })
+    model.as_bxdf(&couple)
+}
+
+fn couple(coupled: &DiffuseSpecular) -> Result<Box<dyn Bxdf + '_>, IntegrateError> {
+    if coupled.specular().is_irregular() {
+        return Err(IntegrateError::Unsupported {
+            estimator: Estimator::MonteCarlo(Sampling::Bxdf),
+            reason: "between directions the albedo of irregular samples is not known well enough; use auto",
+        });
+    }
+    Ok(Box::new(coupled_bxdf(coupled, sampled(coupled.specular())?)?))
 }

@@ -4,6 +4,10 @@
 //! At cos theta = 0 every interface reflects everything; where the indices match (eta = 1, k = 0) the limit along
 //! cos theta -> 0 is taken instead, which is 0.
 
+mod mean;
+
+pub use mean::dielectric_mean;
+
 use crate::geometry::Polar;
 use crate::parameter::{ETA, EXTINCTION, ParameterError, R0};
 use crate::spectrum::{Channels, Spectrum};
@@ -111,6 +115,22 @@ impl Fresnel {
                 let r0 = r0.value();
                 r0 + (DVec3::ONE - r0) * (1.0 - cos).powi(5)
             }
+        }
+    }
+
+    /// The same interface seen from its other side.
+    ///
+    /// The indices of a dielectric change places, eta becomes 1/eta. The other terms stay as they are and take |cos theta|,
+    /// as pbrt's do: no light arrives from inside a conductor, and the rest know no sides [pbrt 2010, section 8.2.1].
+    pub fn reversed(&self) -> Self {
+        match self {
+            Self::Dielectric { eta } => Self::Dielectric {
+                eta: match eta.channels() {
+                    Channels::Grey => Spectrum::grey(eta.value().x.recip()),
+                    Channels::Rgb => Spectrum::rgb(eta.value().recip().to_array()),
+                },
+            },
+            Self::None | Self::Conductor { .. } | Self::ConductorApproximate { .. } | Self::Schlick { .. } => *self,
         }
     }
 
@@ -236,7 +256,7 @@ fn per_channel_pair(a: Spectrum, b: Spectrum, f: impl Fn(f64, f64) -> f64) -> DV
 }
 
 /// eta^2 - sin^2 theta in the form that holds its digits: near grazing for eta near 1, near the normal for eta near 0.
-fn squared_beyond(theta: Polar, eta: f64) -> f64 {
+pub(crate) fn squared_beyond(theta: Polar, eta: f64) -> f64 {
     if theta.cos < theta.sin {
         (eta - 1.0) * (eta + 1.0) + theta.cos * theta.cos
     } else {
@@ -253,8 +273,9 @@ pub fn dielectric(cos: f64, eta: f64) -> f64 {
 ///
 /// With g = eta cos theta_t = sqrt(eta^2 - sin^2) the amplitudes are r_perp = (cos - g)/(cos + g) and
 /// r_par = (eta^2 cos - g)/(eta^2 cos + g). Multiplied by their conjugates the numerators become
-/// (1 - eta)(1 + eta) and (eta - 1)(eta + 1)(eta^2 cos^2 - sin^2), which hold all digits for eta near 1.
-fn dielectric_at(theta: Polar, eta: f64) -> f64 {
+/// (1 - eta)(1 + eta) and (eta - 1)(eta + 1)(eta^2 cos^2 - sin^2), which hold all digits for eta near 1. Nothing here asks
+/// eta to be a legal parameter: the quotient of two legal indices, 1e-4 to 1e4, will do.
+pub(crate) fn dielectric_at(theta: Polar, eta: f64) -> f64 {
     let Polar { sin, cos } = theta;
     let step = (eta - 1.0) * (eta + 1.0);
     if cos == 0.0 {
