@@ -1,7 +1,7 @@
 //! The closed set of models that scenes name.
 
 use super::{
-    BrdfToBtdf, Bxdf, DiffuseSpecular, Flags, FresnelBlend, FresnelSpecular, Irregular, Lambertian, Microfacet,
+    BrdfToBtdf, Bxdf, DiffuseSpecular, Flags, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Microfacet,
     OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum,
 };
 use crate::spectrum::Channels;
@@ -23,6 +23,8 @@ pub enum Model {
     SpecularTransmission(SpecularTransmission),
     /// Both by a smooth surface.
     FresnelSpecular(FresnelSpecular),
+    /// A measured half-angle table.
+    HalfAngle(HalfAngle),
     /// Irregular measured samples.
     Irregular(Irregular),
     /// A reflection that goes to the other side.
@@ -46,6 +48,7 @@ macro_rules! each {
             Model::SpecularReflection($leaf) => $body,
             Model::SpecularTransmission($leaf) => $body,
             Model::FresnelSpecular($leaf) => $body,
+            Model::HalfAngle($leaf) => $body,
             Model::Irregular($leaf) => $body,
             $($made)*
         }

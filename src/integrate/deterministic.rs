@@ -37,7 +37,7 @@ pub fn closed_form(model: &Model, target: Target) -> Option<Estimate> {
             Some(Angles { mu, .. }) => exact(glass.rho_hd(sides, mu)),
             None => rounded(glass.rho_hh(sides)),
         }),
-        Model::Microfacet(_) | Model::FresnelBlend(_) | Model::Irregular(_) => None,
+        Model::Microfacet(_) | Model::FresnelBlend(_) | Model::HalfAngle(_) | Model::Irregular(_) => None,
         Model::BrdfToBtdf(mirrored) => closed_form(mirrored.bxdf(), target.of(target.lobe.other())),
         Model::Scaled(scaled) => Some(closed_form(scaled.bxdf(), target)?.scaled(scaled.scale().value())),
         Model::Sum(sum) => {
@@ -71,6 +71,10 @@ pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estim
     match model {
         Model::Microfacet(microfacet) => Ok(bound(of_microfacet(microfacet, target, tolerance)?)),
         Model::FresnelBlend(blend) => of_blend(blend, target, tolerance),
+        Model::HalfAngle(table) => Ok(bound(match target.outgoing {
+            Some(Angles { mu, .. }) => half_angle_hd::rho_hd(table, mu, tolerance)?,
+            None => half_angle_hh::rho_hh(table, tolerance)?,
+        })),
         Model::SpecularReflection(mirror) => Ok(bound(mean_of_mirror(mirror, tolerance)?)),
         Model::BrdfToBtdf(mirrored) => quadrature(mirrored.bxdf(), target.of(target.lobe.other()), tolerance),
         Model::Scaled(scaled) => Ok(quadrature(scaled.bxdf(), target, tolerance)?.scaled(scaled.scale().value())),

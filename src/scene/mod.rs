@@ -4,7 +4,10 @@
 //! neither what is allowed nor, inside tagged tables, where. A scene is refused at its first error: later ones are often
 //! consequences.
 
+mod bxdfs;
+mod describe;
 mod error;
+mod facets;
 mod reader;
 #[cfg(test)]
 mod refusals;

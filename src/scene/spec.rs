@@ -1,11 +1,14 @@
 //! The materials of a scene as it describes them: models whose roughness may still be a range.
 
-use crate::bxdf::{Bxdf, Coupling, DiffuseSpecular, Lambertian, Microfacet, Model, ModelError};
+use crate::bxdf::{
+    BrdfToBtdf, Coupling, DiffuseSpecular, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Microfacet, Model,
+    ModelError, OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum,
+};
 use crate::distribution::{Anisotropic, Distribution, Family};
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
 use crate::parameter::ParameterError;
-use crate::spectrum::{Channels, Spectrum};
+use crate::spectrum::Spectrum;
 use std::fmt;
 
 /// A roughness parameter, in the units of its family: one value, or a range that asks for a table with a roughness axis.
@@ -36,11 +39,13 @@ pub enum DistributionSpec {
     Anisotropic(Anisotropic),
 }
 
-/// A model whose roughness may be a range.
+/// A model whose roughness may be a range; at most one of its distributions has one.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ModelSpec {
     /// Ideal diffuse reflection.
     Lambertian(Lambertian),
+    /// Rough diffuse reflection.
+    OrenNayar(OrenNayar),
     /// Microfacet reflection.
     Microfacet {
         /// Scale of the lobe.
@@ -52,6 +57,36 @@ pub enum ModelSpec {
         /// Fresnel term.
         fresnel: Fresnel,
     },
+    /// A glossy coat over a diffuse base.
+    FresnelBlend {
+        /// Reflectance of the base.
+        rd: Spectrum,
+        /// Reflectance of the coat at normal incidence.
+        rs: Spectrum,
+        /// Distribution of the normals of the coat.
+        distribution: DistributionSpec,
+    },
+    /// A mirror.
+    SpecularReflection(SpecularReflection),
+    /// Refraction by a smooth surface.
+    SpecularTransmission(SpecularTransmission),
+    /// Both by a smooth surface.
+    FresnelSpecular(FresnelSpecular),
+    /// A measured half-angle table in MERL's layout.
+    HalfAngle(HalfAngle),
+    /// Irregular measured samples.
+    Irregular(Irregular),
+    /// A reflection that goes to the other side.
+    BrdfToBtdf(Box<ModelSpec>),
+    /// A model times a colour.
+    Scaled {
+        /// The model.
+        bxdf: Box<ModelSpec>,
+        /// The colour.
+        scale: Spectrum,
+    },
+    /// Several models at once.
+    Sum(Vec<ModelSpec>),
     /// A specular lobe over a diffuse base.
     DiffuseSpecular {
         /// The specular lobe, unscaled.
@@ -107,32 +142,32 @@ impl DistributionSpec {
             _ => None,
         }
     }
-
-    fn describe_to(&self, facts: &mut Facts, prefix: &str) {
-        match self {
-            Self::Isotropic { family, roughness } => {
-                facts.add(prefix, "distribution", family.name());
-                facts.add(prefix, family.legal().name, roughness);
-            }
-            Self::Anisotropic(anisotropic) => {
-                let kind = anisotropic.kind();
-                facts.add(prefix, "distribution", kind.name());
-                for (legal, value) in kind.legal().iter().zip(anisotropic.parameters()) {
-                    facts.add(prefix, legal.name, value);
-                }
-            }
-        }
-    }
 }
 
 impl ModelSpec {
+    /// The models that it is made of.
+    pub fn parts(&self) -> Vec<&ModelSpec> {
+        match self {
+            Self::BrdfToBtdf(bxdf) | Self::Scaled { bxdf, .. } => vec![bxdf],
+            Self::Sum(parts) => parts.iter().collect(),
+            Self::DiffuseSpecular { specular, .. } => vec![specular],
+            _ => Vec::new(),
+        }
+    }
+
+    /// Family and ends of every roughness range in it; more than one only before a scene has refused that.
+    pub(super) fn ranges(&self) -> Vec<(Family, f64, f64)> {
+        match self {
+            Self::Microfacet { distribution, .. } | Self::FresnelBlend { distribution, .. } => {
+                distribution.range().into_iter().collect()
+            }
+            made => made.parts().into_iter().flat_map(Self::ranges).collect(),
+        }
+    }
+
     /// Family and ends of the roughness range, `None` when the roughness is fixed or the model has none.
     pub fn roughness_range(&self) -> Option<(Family, f64, f64)> {
-        match self {
-            Self::Lambertian(_) => None,
-            Self::Microfacet { distribution, .. } => distribution.range(),
-            Self::DiffuseSpecular { specular, .. } => specular.roughness_range(),
-        }
+        self.ranges().into_iter().next()
     }
 
     /// The model at one roughness.
@@ -141,11 +176,12 @@ impl ModelSpec {
     /// roughness stays what it is, whatever is passed.
     ///
     /// # Errors
-    /// [`ModelError`] when a parameter is outside its legal range or parts do not go together; models that were read from a
+    /// [`ModelError`] when a parameter is outside its legal range or does not go with another; models that were read from a
     /// scene have none such, so that only `roughness` itself can be refused.
     pub fn at(&self, roughness: Option<f64>) -> Result<Model, ModelError> {
         Ok(match self {
             Self::Lambertian(lambertian) => Model::Lambertian(*lambertian),
+            Self::OrenNayar(rough) => Model::OrenNayar(*rough),
             Self::Microfacet {
                 reflectance,
                 distribution,
@@ -157,6 +193,20 @@ impl ModelSpec {
                 *masking,
                 *fresnel,
             )?),
+            Self::FresnelBlend { rd, rs, distribution } => {
+                Model::FresnelBlend(FresnelBlend::new(*rd, *rs, distribution.at(roughness)?)?)
+            }
+            Self::SpecularReflection(mirror) => Model::SpecularReflection(*mirror),
+            Self::SpecularTransmission(window) => Model::SpecularTransmission(*window),
+            Self::FresnelSpecular(glass) => Model::FresnelSpecular(*glass),
+            Self::HalfAngle(table) => Model::HalfAngle(table.clone()),
+            Self::Irregular(irregular) => Model::Irregular(irregular.clone()),
+            Self::BrdfToBtdf(bxdf) => Model::BrdfToBtdf(Box::new(BrdfToBtdf::new(bxdf.at(roughness)?))),
+            Self::Scaled { bxdf, scale } => Model::Scaled(Box::new(Scaled::new(bxdf.at(roughness)?, *scale)?)),
+            Self::Sum(parts) => {
+                let parts: Result<Vec<Model>, ModelError> = parts.iter().map(|part| part.at(roughness)).collect();
+                Model::Sum(Sum::new(parts?))
+            }
             Self::DiffuseSpecular {
                 specular,
                 ks,
@@ -167,113 +217,6 @@ impl ModelSpec {
                 Model::DiffuseSpecular(Box::new(coupled))
             }
         })
-    }
-
-    /// Number of independent channels of f.
-    pub fn channels(&self) -> Channels {
-        match self {
-            Self::Lambertian(lambertian) => lambertian.channels(),
-            Self::Microfacet {
-                reflectance, fresnel, ..
-            } => reflectance.channels().max(fresnel.channels()),
-            Self::DiffuseSpecular { specular, ks, kd, .. } => specular.channels().max(ks.channels()).max(kd.channels()),
-        }
-    }
-
-    /// Every parameter by its scene-file name, in a fixed order, aliases resolved and defaults filled in.
-    ///
-    /// Numbers are the shortest decimals that read back as the same f64, spectra are `[r, g, b]`, ranges `min..max`. The
-    /// keys of a specular lobe begin with `specular.`.
-    pub fn describe(&self) -> Vec<(String, String)> {
-        let mut facts = Facts::default();
-        self.describe_to(&mut facts, "");
-        facts.0
-    }
-
-    fn describe_to(&self, facts: &mut Facts, prefix: &str) {
-        match self {
-            Self::Lambertian(lambertian) => {
-                facts.add(prefix, "type", "lambertian");
-                facts.add(prefix, "reflectance", spectrum(lambertian_reflectance(lambertian)));
-            }
-            Self::Microfacet {
-                reflectance,
-                distribution,
-                masking,
-                fresnel,
-            } => {
-                facts.add(prefix, "type", "microfacet");
-                facts.add(prefix, "reflectance", spectrum(*reflectance));
-                distribution.describe_to(facts, prefix);
-                facts.add(prefix, "masking", masking.name());
-                describe_fresnel(fresnel, facts, prefix);
-            }
-            Self::DiffuseSpecular {
-                specular,
-                ks,
-                kd,
-                coupling,
-            } => {
-                facts.add(prefix, "type", "diffuse-specular");
-                facts.add(prefix, "coupling", coupling_name(*coupling));
-                facts.add(prefix, "ks", spectrum(*ks));
-                facts.add(prefix, "kd", spectrum(*kd));
-                specular.describe_to(facts, &format!("{prefix}specular."));
-            }
-        }
-    }
-}
-
-/// Key and value pairs in the order in which they were added.
-#[derive(Default)]
-struct Facts(Vec<(String, String)>);
-
-impl Facts {
-    fn add(&mut self, prefix: &str, key: &str, value: impl fmt::Display) {
-        self.0.push((format!("{prefix}{key}"), value.to_string()));
-    }
-}
-
-fn describe_fresnel(fresnel: &Fresnel, facts: &mut Facts, prefix: &str) {
-    match fresnel {
-        Fresnel::None => facts.add(prefix, "fresnel", "none"),
-        Fresnel::Dielectric { eta } => {
-            facts.add(prefix, "fresnel", "dielectric");
-            facts.add(prefix, "eta", spectrum(*eta));
-        }
-        Fresnel::Conductor { eta, k } => {
-            facts.add(prefix, "fresnel", "conductor");
-            facts.add(prefix, "eta", spectrum(*eta));
-            facts.add(prefix, "k", spectrum(*k));
-        }
-        Fresnel::ConductorApproximate { eta, k } => {
-            facts.add(prefix, "fresnel", "conductor-approximate");
-            facts.add(prefix, "eta", spectrum(*eta));
-            facts.add(prefix, "k", spectrum(*k));
-        }
-        Fresnel::Schlick { r0 } => {
-            facts.add(prefix, "fresnel", "schlick");
-            facts.add(prefix, "r0", spectrum(*r0));
-        }
-    }
-}
-
-/// The reflectance is the albedo, in as many channels as are independent.
-fn lambertian_reflectance(lambertian: &Lambertian) -> Spectrum {
-    Spectrum::rgb(lambertian.albedo().to_array())
-}
-
-fn spectrum(spectrum: Spectrum) -> String {
-    match &spectrum.channels().of(spectrum.value())[..] {
-        [grey] => grey.to_string(),
-        channels => format!("{channels:?}"),
-    }
-}
-
-fn coupling_name(coupling: Coupling) -> &'static str {
-    match coupling {
-        Coupling::Mikkelsen => "mikkelsen",
-        Coupling::EnergyPreserving => "energy-preserving",
     }
 }
 
@@ -304,9 +247,8 @@ mod tests {
 
     fn kappa_of(model: &Model) -> Distribution {
         match model {
-            Model::Lambertian(_) => panic!("no distribution"),
             Model::Microfacet(microfacet) => microfacet.distribution,
-            Model::DiffuseSpecular(coupled) => kappa_of(coupled.specular()),
+            made => kappa_of(made.parts()[0]),
         }
     }
 

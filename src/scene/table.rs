@@ -9,6 +9,7 @@ use crate::spectrum::Spectrum;
 use serde_spanned::Spanned;
 use std::fmt;
 use std::ops::Range;
+use std::path::PathBuf;
 use toml::de::{DeInteger, DeTable, DeValue};
 
 /// A table of the scene.
@@ -79,6 +80,12 @@ impl<'t> Table<'t> {
         })
     }
 
+    /// The grey value or linear RGB under the name of `legal`.
+    pub(super) fn spectrum(&self, legal: Legal) -> Result<Spectrum, SceneError> {
+        let rule = Rule("a number or an array of three numbers", legal);
+        self.required(legal.name, &rule)?.spectrum(legal)
+    }
+
     /// The error that says `message` about the table as a whole.
     pub(super) fn refuse(&self, message: impl Into<String>) -> SceneError {
         self.text.refuse(self.span.clone(), message)
@@ -117,6 +124,16 @@ impl<'t> Entry<'t> {
             Some(_) => Err(self.refuse(format!("is not allowed: {rule}"))),
             None => Err(self.wrong_type(&rule)),
         }
+    }
+
+    /// The file that the value names, relative to the directory of the scene file.
+    pub(super) fn path(&self) -> Result<PathBuf, SceneError> {
+        Ok(self.text.directory().join(self.name()?))
+    }
+
+    /// The error for a file that cannot be used.
+    pub(super) fn unusable(&self, error: &dyn fmt::Display) -> SceneError {
+        self.refuse(format!("cannot be used: {error}"))
     }
 
     /// What the value means among the names of `vocabulary`.

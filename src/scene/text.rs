@@ -2,6 +2,7 @@
 
 use super::error::{Refusal, SceneError, printable};
 use std::ops::Range;
+use std::path::Path;
 
 /// Longest piece of the source that a message quotes, in characters.
 const LONGEST_QUOTE: usize = 40;
@@ -26,6 +27,11 @@ impl<'t> Text<'t> {
 
     pub(super) fn content(&self) -> &'t str {
         self.content
+    }
+
+    /// The directory that file names in the text are relative to.
+    pub(super) fn directory(&self) -> &'t Path {
+        Path::new(self.file).parent().unwrap_or(Path::new(""))
     }
 
     /// Line of the byte at `offset`, counted from 1.

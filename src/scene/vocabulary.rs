@@ -1,7 +1,7 @@
-//! The names that a scene may use, and those that it may use one day.
+//! The names that a scene may use.
 
 use super::suggest::nearest;
-use crate::bxdf::Coupling;
+use crate::bxdf::{Coupling, Transport};
 use crate::distribution::{Elliptic, Family};
 use crate::masking::Masking;
 use crate::parameter::{BECKMANN_M, GGX_ALPHA, KAPPA, Legal, PHONG_N};
@@ -11,17 +11,25 @@ use std::fmt;
 pub(super) struct Vocabulary<T: 'static> {
     /// What the names are names of, for messages.
     pub(super) what: &'static str,
-    /// Names that this version understands.
+    /// The names.
     pub(super) known: &'static [(&'static str, T)],
-    /// Names of the format that this version cannot compute.
-    pub(super) later: &'static [&'static str],
 }
 
 /// Types of bxdfs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum BxdfType {
     Lambertian,
+    OrenNayar,
     Microfacet,
+    FresnelBlend,
+    SpecularReflection,
+    SpecularTransmission,
+    FresnelSpecular,
+    BrdfToBtdf,
+    Scaled,
+    Sum,
+    Merl,
+    Irregular,
     DiffuseSpecular,
 }
 
@@ -54,20 +62,18 @@ pub(super) const BXDFS: Vocabulary<BxdfType> = Vocabulary {
     what: "bxdf",
     known: &[
         ("lambertian", BxdfType::Lambertian),
+        ("oren-nayar", BxdfType::OrenNayar),
         ("microfacet", BxdfType::Microfacet),
+        ("fresnel-blend", BxdfType::FresnelBlend),
+        ("specular-reflection", BxdfType::SpecularReflection),
+        ("specular-transmission", BxdfType::SpecularTransmission),
+        ("fresnel-specular", BxdfType::FresnelSpecular),
+        ("brdf-to-btdf", BxdfType::BrdfToBtdf),
+        ("scaled", BxdfType::Scaled),
+        ("sum", BxdfType::Sum),
+        ("merl", BxdfType::Merl),
+        ("irregular", BxdfType::Irregular),
         ("diffuse-specular", BxdfType::DiffuseSpecular),
-    ],
-    later: &[
-        "oren-nayar",
-        "fresnel-blend",
-        "specular-reflection",
-        "specular-transmission",
-        "fresnel-specular",
-        "brdf-to-btdf",
-        "scaled",
-        "sum",
-        "merl",
-        "irregular",
     ],
 };
 
@@ -90,7 +96,6 @@ pub(super) const DISTRIBUTIONS: Vocabulary<DistributionType> = Vocabulary {
         ),
         ("ggx", distribution(Family::Ggx, GGX_ALPHA, Some(Elliptic::Ggx))),
     ],
-    later: &[],
 };
 
 /// The exponent of [`PHONG_N`] under the name that `blinn` gives it.
@@ -107,7 +112,6 @@ pub(super) const MASKINGS: Vocabulary<Masking> = Vocabulary {
         ("smith", Masking::Smith),
         ("smith-correlated", Masking::SmithCorrelated),
     ],
-    later: &[],
 };
 
 pub(super) const FRESNELS: Vocabulary<FresnelType> = Vocabulary {
@@ -119,7 +123,11 @@ pub(super) const FRESNELS: Vocabulary<FresnelType> = Vocabulary {
         ("conductor-approximate", FresnelType::ConductorApproximate),
         ("schlick", FresnelType::Schlick),
     ],
-    later: &[],
+};
+
+pub(super) const TRANSPORTS: Vocabulary<Transport> = Vocabulary {
+    what: "transport",
+    known: &[("radiance", Transport::Radiance), ("importance", Transport::Importance)],
 };
 
 pub(super) const COUPLINGS: Vocabulary<Coupling> = Vocabulary {
@@ -128,7 +136,6 @@ pub(super) const COUPLINGS: Vocabulary<Coupling> = Vocabulary {
         ("mikkelsen", Coupling::Mikkelsen),
         ("energy-preserving", Coupling::EnergyPreserving),
     ],
-    later: &[],
 };
 
 impl<T: Copy> Vocabulary<T> {
@@ -137,20 +144,10 @@ impl<T: Copy> Vocabulary<T> {
     /// # Errors
     /// Words that follow `... = "name" is not ...` and say what is understood.
     pub(super) fn find(&self, name: &str) -> Result<T, String> {
-        let Self { what, known, later } = self;
-        if let Some((_, meaning)) = known.iter().find(|(word, _)| *word == name) {
+        if let Some((_, meaning)) = self.known.iter().find(|(word, _)| *word == name) {
             return Ok(*meaning);
         }
-        if later.contains(&name) {
-            return Err(format!(
-                "is not available: this version cannot compute this {what} yet; {self}"
-            ));
-        }
-        let words = known.iter().map(|(word, _)| *word).chain(later.iter().copied());
-        let hint = match nearest(name, words) {
-            Some(word) if later.contains(&word) => {
-                format!("; did you mean \"{word}\", which this version cannot compute yet?")
-            }
+        let hint = match nearest(name, self.known.iter().map(|(word, _)| *word)) {
             Some(word) => format!("; did you mean \"{word}\"?"),
             None => String::new(),
         };
@@ -171,15 +168,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_understood_refused_or_put_off() {
+    fn names_are_understood_or_refused() {
         assert_eq!(MASKINGS.find("v-groove"), Ok(Masking::VGroove));
         assert_eq!(
-            MASKINGS.find("smith").unwrap_err(),
-            "is not available: this version cannot compute this masking yet; masking is one of \"none\", \"v-groove\""
-        );
-        assert_eq!(
             MASKINGS.find("vgroove").unwrap_err(),
-            "is not allowed: masking is one of \"none\", \"v-groove\"; did you mean \"v-groove\"?"
+            "is not allowed: masking is one of \"none\", \"v-groove\", \"smith\", \"smith-correlated\"; did you mean \"v-groove\"?"
         );
         assert_eq!(
             DISTRIBUTIONS.find("GGX").unwrap_err(),
