@@ -31,7 +31,7 @@ impl Fresnel {
     }
 }
 
-/// Bound of the relative rounding error of every term of [`from_rarer_side`]; against 40-digit arithmetic the sum is off by
+/// Bound of the relative rounding error of every term of [`from_rarer_side`]; against 60-digit arithmetic the sum is off by
 /// less than a quarter of what this states.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
@@ -117,13 +117,13 @@ mod tests {
     #[test]
     fn means_match_40_digits() {
         for (eta, mean) in [
-            (1.329, 0.065_772_352_696_135_999_817_28),
-            (1.000_29, 9.636_154_319_672_237_187_232_6e-5),
-            (2.42, 0.212_540_794_738_842_136_760_888_6),
-            (100.0, 0.950_161_171_239_651_430_263_633_4),
-            (1e4, 0.999_467_383_504_556_456_158_661_27),
-            (0.75, 0.474_882_895_214_688_031_030_137),
-            (0.01, 0.999_995_016_117_123_965_142_720_7),
+            (1.329, 0.065_772_352_696_136),
+            (1.000_29, 9.636_154_319_672_237e-5),
+            (2.42, 0.212_540_794_738_842_13),
+            (100.0, 0.950_161_171_239_651_4),
+            (1e4, 0.999_467_383_504_556_4),
+            (0.75, 0.474_882_895_214_688),
+            (0.01, 0.999_995_016_117_123_9),
         ] {
             let (value, error) = dielectric_mean(eta);
             assert!((value - mean).abs() <= 0.5 * error, "eta {eta}: {value}, {error:e}");
