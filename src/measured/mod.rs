@@ -3,6 +3,8 @@
 //! A file is refused before memory is spent on what it announces: its size is known first, and every error names the file,
 //! the place in it, the value and what is allowed.
 
+pub mod merl;
+
 use thiserror::Error;
 
 /// A data file that cannot be used.
