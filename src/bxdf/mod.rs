@@ -6,11 +6,13 @@
 
 mod diffuse_specular;
 mod flags;
+mod half_angle;
 mod lambertian;
 mod microfacet;
 
 pub use diffuse_specular::{CoupledBxdf, Coupling, DiffuseSpecular, SpecularAlbedo};
 pub use flags::Flags;
+pub use half_angle::HalfAngle;
 pub use lambertian::Lambertian;
 pub use microfacet::Microfacet;
 

@@ -7,11 +7,17 @@ mod between;
 mod coupled;
 pub mod deterministic;
 mod fill;
+#[allow(dead_code)] // until a scene can name a half-angle table
+mod half_angle_hd;
+#[allow(dead_code)]
+mod half_angle_hh;
 mod integrator;
 mod lobe;
 mod microfacet_hd;
 mod microfacet_hh;
 pub mod monte_carlo;
+#[allow(dead_code)]
+mod parts;
 mod segment;
 mod target;
 
