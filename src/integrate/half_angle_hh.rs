@@ -63,12 +63,8 @@ pub(super) fn rho_hh(bxdf: &HalfAngle, tolerance: f64) -> Result<Integral, Integ
                     size += term.abs();
                 } else if weight != DVec3::ZERO {
                     let phi_d = [phi_d_edge(k), phi_d_edge(k + 1)];
-                    let place = CutCell {
-                        theta_h,
-                        theta_d,
-                        phi_d,
-                    };
-                    parts.push(Part { place, weight });
+                    let strips = Strip::all(theta_h, theta_d, phi_d);
+                    parts.extend(strips.map(|place| Part { place, weight }));
                 }
             }
         }
@@ -100,43 +96,76 @@ fn difference_angle_moments([from, to]: [f64; 2]) -> (f64, f64) {
     (0.5 * width * cos_2, 0.5 * width * (1.0 - cos_2))
 }
 
-/// Part of a cell that the horizon passes through.
+/// Part of a cell that the horizon passes through, within which it meets the same sides for every theta_d.
+///
+/// The integrand is smooth on both sides of the curves on which the horizon passes the ends of phi_d,
+/// tan theta_h tan theta_d cos phi_d = 1, and smoother than linear across them. A rule over a whole cell does not see a
+/// corner that such a curve cuts off, and states no error; so theta_d is split where a curve passes an end of theta_h, and
+/// theta_h at the curves.
 #[derive(Debug, Clone, Copy)]
-struct CutCell {
+struct Strip {
     theta_h: [f64; 2],
     theta_d: [f64; 2],
     phi_d: [f64; 2],
 }
 
-impl Place for CutCell {
+impl Place for Strip {
     fn split(self) -> impl IntoIterator<Item = Self> {
         let halves = |[from, to]: [f64; 2]| {
             let middle = 0.5 * (from + to);
             [[from, middle], [middle, to]]
         };
         halves(self.theta_h).into_iter().flat_map(move |theta_h| {
-            halves(self.theta_d).map(|theta_d| Self {
-                theta_h,
-                theta_d,
-                ..self
-            })
+            let strips = move |theta_d| Self::all(theta_h, theta_d, self.phi_d);
+            halves(self.theta_d).into_iter().flat_map(strips)
         })
     }
 }
 
-impl CutCell {
+impl Strip {
+    /// The strips of a cell, those below the horizon left out.
+    fn all(theta_h: [f64; 2], theta_d: [f64; 2], phi_d: [f64; 2]) -> impl Iterator<Item = Self> {
+        let mut ends = [theta_d[0]; 6];
+        for (n, end) in ends[1..5].iter_mut().enumerate() {
+            *end = horizon(theta_h[n % 2], phi_d[n / 2]).clamp(theta_d[0], theta_d[1]);
+        }
+        ends[5] = theta_d[1];
+        ends.sort_unstable_by(f64::total_cmp);
+        (0..5)
+            .map(move |n| Self {
+                theta_h,
+                theta_d: [ends[n], ends[n + 1]],
+                phi_d,
+            })
+            .filter(|strip| {
+                let [from, to] = strip.theta_d;
+                to > from && horizon(0.5 * (from + to), strip.phi_d[1]) > strip.theta_h[0]
+            })
+    }
+
     /// The product of the rules over theta_h and theta_d of the exact integral over phi_d.
     fn ruled(self, level: usize) -> Ruled {
         let mut evaluations = 0;
         let mut worst: f64 = 0.0;
         let outer = interval(self.theta_d[0], self.theta_d[1], level, |theta_d| {
             let (sin_d, cos_d) = theta_d.sin_cos();
-            let inner = interval(self.theta_h[0], self.theta_h[1], level, |theta_h| {
-                self.azimuth_integral(theta_h.sin_cos(), (sin_d, cos_d))
-            });
-            evaluations += inner.evaluations;
-            worst = worst.max(inner.difference);
-            inner.value
+            // above the horizon for all phi_d up to the first of these, for none from the second on
+            let [first, second] = self.phi_d.map(|phi_d| horizon(theta_d, phi_d));
+            let [from, to] = self.theta_h;
+            let (whole, cut) = ((from, first.min(to)), (first.max(from), second.min(to)));
+            let (mut value, mut difference) = (0.0, 0.0);
+            for (from, to) in [whole, cut] {
+                if from < to {
+                    let inner = interval(from, to, level, |theta_h| {
+                        self.azimuth_integral(theta_h.sin_cos(), (sin_d, cos_d))
+                    });
+                    value += inner.value;
+                    difference += inner.difference;
+                    evaluations += inner.evaluations;
+                }
+            }
+            worst = worst.max(difference);
+            value
         });
         let width = self.theta_d[1] - self.theta_d[0];
         Ruled {
@@ -164,6 +193,12 @@ impl CutCell {
         let over_phi = product_c * product_c * (to - from) - product_s * product_s * cos_squared(from, to);
         16.0 * sin_h * sin_d * cos_d * over_phi
     }
+}
+
+/// The one of theta_h and theta_d that puts the horizon at phi_d, given the other: tan theta_h tan theta_d cos phi_d = 1.
+fn horizon(other: f64, phi_d: f64) -> f64 {
+    let (sin, cos) = other.sin_cos();
+    cos.atan2(sin * phi_d.cos())
 }
 
 #[cfg(test)]

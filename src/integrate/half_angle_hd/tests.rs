@@ -165,10 +165,7 @@ fn compare(bxdf: &HalfAngle, mu: f64) {
         distance.cmple(6.0 * deviation + error + 1e-15).all(),
         "{mu}: {value} {mean} {deviation}"
     );
-    assert!(
-        deviation.max_element() < 1.5e-4 * mean.max_element(),
-        "{mu}: {deviation}"
-    );
+    assert!(deviation.max_element() < 3e-4 * mean.max_element(), "{mu}: {deviation}");
     for tolerance in [1e-2, 1e-3, 1e-4, 1e-6] {
         let coarse = rho_hd(bxdf, mu, tolerance).unwrap().bounded;
         assert!(
