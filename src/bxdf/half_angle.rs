@@ -169,8 +169,8 @@ impl Rings {
         let mut weights: Vec<f64> = ring_weights.collect();
         let mut total: f64 = weights.iter().sum();
         // a table of zeros, or of values too small to add up
-        if !(total > f64::MIN_POSITIVE) {
-            weights = (0..THETA_H_CELLS).map(|i| Self::solid_angle(i)).collect();
+        if total <= f64::MIN_POSITIVE {
+            weights = (0..THETA_H_CELLS).map(Self::solid_angle).collect();
             total = TAU;
         }
         let (mut starts, mut densities) = ([0.0; THETA_H_CELLS + 1], [0.0; THETA_H_CELLS]);

@@ -332,7 +332,8 @@ impl View {
                 let (by_p, by_q) = ((cos_phi * cos_phi).recip(), (sin_phi * sin_phi).recip());
                 let horizon = (((0.5 + square) / square - by_p) / (by_q - by_p)).sqrt().asin();
                 let extent = (cos_phi / self.sin_half).acos();
-                [horizon, -horizon, extent, -extent].into_iter().for_each(end);
+                // p turns fast at v = 0 where it is close to pi/2 there: cos p = (v^2 + cos^2 p(0))^(1/2), nearly
+                [horizon, -horizon, extent, -extent, 0.0].into_iter().for_each(end);
             }
             Curve::Plane => {
                 theta_h_edges().for_each(&mut end);

@@ -152,7 +152,7 @@ impl MerlTable {
                 for (index, (cell, word)) in cells.iter_mut().zip(bytes.as_chunks().0).enumerate() {
                     let stored = f64::from_le_bytes(*word);
                     let value = stored * scale;
-                    if !(value.abs() <= LARGEST) {
+                    if value.is_nan() || value.abs() > LARGEST {
                         return Err(refused_value(name, plane, block * BLOCK + index, stored));
                     }
                     if stored < 0.0 {
