@@ -68,6 +68,9 @@ pub(super) fn rho_hd(bxdf: &HalfAngle, mu: f64, tolerance: f64) -> Result<Integr
     Ok(integral)
 }
 
+/// Width in radians below which a turn of a curve is fast: twice the size of a cell.
+const FAST: f64 = 0.035;
+
 /// A cell that the horizon passes through from most directions.
 const TYPICAL: [usize; 3] = [THETA_H_CELLS * 2 / 3, THETA_D_CELLS / 2, PHI_D_CELLS / 2];
 
@@ -332,8 +335,19 @@ impl View {
                 let (by_p, by_q) = ((cos_phi * cos_phi).recip(), (sin_phi * sin_phi).recip());
                 let horizon = (((0.5 + square) / square - by_p) / (by_q - by_p)).sqrt().asin();
                 let extent = (cos_phi / self.sin_half).acos();
-                // p turns fast at v = 0 where it is close to pi/2 there: cos p = (v^2 + cos^2 p(0))^(1/2), nearly
-                [horizon, -horizon, extent, -extent, 0.0].into_iter().for_each(end);
+                [horizon, -horizon, extent, -extent].into_iter().for_each(&mut end);
+                // cos^2 p = turn^2 + r^2 sin^2 v with r = sin(theta_o/2)/cos(phi_d/2): where turn is small, for o and h at the
+                // horizon, p turns within that width, and is split in steps of its own size
+                let ratio = self.sin_half / cos_phi;
+                let turn = ((1.0 - ratio) * (1.0 + ratio)).abs().sqrt();
+                if turn < FAST {
+                    end(0.0);
+                    let steps = std::iter::successors(Some(turn.max(1e-9)), |step| Some(4.0 * step));
+                    steps.take_while(|step| *step < FAST).for_each(|step| {
+                        end(step);
+                        end(-step);
+                    });
+                }
             }
             Curve::Plane => {
                 theta_h_edges().for_each(&mut end);

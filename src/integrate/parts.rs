@@ -44,9 +44,8 @@ struct Panel<P> {
 /// Finest rule before a place is split.
 const LAST_LEVEL: usize = 2;
 
-/// Relative rounding error of the sum: that of a part is a few units in the last place of terms that may be ten times as
-/// large as their sum.
-const ROUNDING: f64 = 1e-14;
+/// Relative rounding error of a part: the sides of narrow cells know where they are to some 1e-14 only.
+const ROUNDING: f64 = 1e-13;
 
 /// The sum over all `parts` of weight times integral, until the stated error is at most `tolerance` in every channel.
 ///
@@ -189,7 +188,7 @@ mod tests {
             .unwrap();
             let Bounded { value, error } = integral.bounded;
             assert!((value.x - exact).abs() <= error.x, "{exponent}: {integral:?}");
-            assert!(error.x <= tolerance + 1e-13, "{exponent}: {integral:?}"); // and rounding
+            assert!(error.x <= tolerance + 1e-12, "{exponent}: {integral:?}"); // and rounding
         }
     }
 
