@@ -32,7 +32,7 @@ use crate::numerics::quadrature::{Bounded, Integral};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// Most evaluations of W: several seconds.
+/// Most evaluations of W: several seconds. The hardest tables need 3e5 for 1e-9.
 const LIMIT: u64 = 50_000_000;
 
 /// rho_hd at cos theta_o = `mu`, with an absolute error of at most `tolerance`.
@@ -70,6 +70,9 @@ pub(super) fn rho_hd(bxdf: &HalfAngle, mu: f64, tolerance: f64) -> Result<Integr
 
 /// Width in radians below which a turn of a curve is fast: twice the size of a cell.
 const FAST: f64 = 0.035;
+
+/// Longest arc in radians of the parameter; most are about a degree long.
+const LONGEST: f64 = 0.3;
 
 /// A cell that the horizon passes through from most directions.
 const TYPICAL: [usize; 3] = [THETA_H_CELLS * 2 / 3, THETA_D_CELLS / 2, PHI_D_CELLS / 2];
@@ -191,6 +194,9 @@ impl View {
                 ends.push(end);
             }
         });
+        // three nodes say nothing of a long arc
+        let shares = ((to - from) / LONGEST).ceil();
+        ends.extend((1..shares as usize).map(|n| from + (to - from) * (n as f64 / shares)));
         ends.push(to);
         ends.sort_unstable_by(f64::total_cmp);
         let mut start = from;

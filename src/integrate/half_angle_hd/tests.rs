@@ -208,8 +208,8 @@ fn rho_is_continuous_where_the_triangle_degenerates() {
     }
 }
 
-/// A table of a smooth model has the albedo of the model but for the size of its cells: 1 degree, so that the lobe is off by
-/// about (1 degree/lobe width)^2/24 of its albedo. The bound is ten times what the model shows at its worst angle.
+/// A table of a smooth model has the albedo of the model but for the size of its cells. Towards the horizon, where the lobe
+/// changes most within a degree, that is 3.5e-4 at mu = 0.2, and 5e-5 or less at the others.
 #[test]
 fn the_table_of_a_microfacet_lobe_has_its_albedo() {
     let fresnel = Fresnel::dielectric(Spectrum::grey(1.5)).unwrap();
@@ -224,7 +224,7 @@ fn the_table_of_a_microfacet_lobe_has_its_albedo() {
     for mu in [0.2, 0.5, 0.9, 1.0] {
         let model = microfacet_hd::rho_hd(&lobe, mu, 1e-8).unwrap().bounded.value + base.albedo();
         let table = rho_hd(&bxdf, mu, 1e-8).unwrap().bounded.value;
-        assert!((table - model).abs().max_element() < 3e-3, "{mu}: {table} {model}");
+        assert!((table - model).abs().max_element() < 1e-3, "{mu}: {table} {model}");
     }
     compare(&bxdf, 0.7);
 }
