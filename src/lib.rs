@@ -61,15 +61,19 @@
 //! - [ITU-R BT.709-6] International Telecommunication Union, *Parameter values for the HDTV standards*.
 //! - [Johnson 1978] N. Johnson, *Modified t tests and confidence intervals for asymmetrical populations*, Journal of the
 //!   American Statistical Association 73.
+//! - [Matusik et al. 2003] W. Matusik, H. Pfister, M. Brand, L. McMillan, *A data-driven reflectance model*, SIGGRAPH.
 //! - [Maurer and Pontil 2009] A. Maurer, M. Pontil, *Empirical Bernstein bounds and sample-variance penalization*, COLT.
 //! - [Mikkelsen 2009] M. Mikkelsen, *Microfacet Based Bidirectional Reflectance Distribution Function*.
 //! - [Patterson 1968] T. Patterson, *The optimum addition of points to quadrature formulae*, Mathematics of Computation 22.
 //! - [pbrt 2010] M. Pharr, G. Humphreys, *Physically Based Rendering*, second edition, chapter 8.
 //! - [pbrt 2016] M. Pharr, W. Jakob, G. Humphreys, *Physically Based Rendering*, third edition, section 8.2.
 //! - [Kolmogorov 1933], [Stephens 1970] A. Kolmogorov, M. Stephens: the one-sample test of a distribution and its tables.
+//! - [Rusinkiewicz 1998] S. Rusinkiewicz, *A new change of variables for efficient BRDF representation*, Eurographics
+//!   Workshop on Rendering.
 //! - [Sidak 1967] Z. Sidak, *Rectangular confidence regions for the means of multivariate normal distributions*, JASA 62.
 //! - [Smith 1967] B. Smith, *Geometrical shadowing of a random rough surface*, IEEE Transactions on Antennas and
 //!   Propagation 15.
+//! - [Todhunter 1886] I. Todhunter, *Spherical Trigonometry*, fifth edition.
 //! - [Steele et al. 2014] G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, OOPSLA.
 //! - [Walter et al. 2007] B. Walter, S. Marschner, H. Li, K. Torrance, *Microfacet models for refraction through rough
 //!   surfaces*, Eurographics Symposium on Rendering.
@@ -84,6 +88,7 @@
 //! [CIE 015:2018]: #bibliography
 //! [ITU-R BT.709-6]: #bibliography
 //! [Johnson 1978]: #bibliography
+//! [Matusik et al. 2003]: #bibliography
 //! [Maurer and Pontil 2009]: #bibliography
 //! [Mikkelsen 2009]: #bibliography
 //! [Patterson 1968]: #bibliography
@@ -91,8 +96,10 @@
 //! [pbrt 2016]: #bibliography
 //! [Kolmogorov 1933]: #bibliography
 //! [Stephens 1970]: #bibliography
+//! [Rusinkiewicz 1998]: #bibliography
 //! [Sidak 1967]: #bibliography
 //! [Smith 1967]: #bibliography
+//! [Todhunter 1886]: #bibliography
 //! [Steele et al. 2014]: #bibliography
 //! [Walter et al. 2007]: #bibliography
 //! [Walsh 1926]: #bibliography

@@ -269,46 +269,41 @@ fn roughness_axis(model: &ModelSpec, size: usize) -> Result<Option<Axis>, AxisEr
 }
 
 fn left_out(scene: &Scene) -> Vec<LeftOut> {
-    let mut left_out = Vec::new();
-    let any = |test: fn(&ModelSpec) -> bool| scene.materials.iter().any(|material| test(&material.model));
-    let is = |model: &ModelSpec, test: fn(&Model) -> bool| model.at(None).is_ok_and(|model| test(&model));
-    if !scene
-        .materials
-        .iter()
-        .any(|material| is(&material.model, Model::is_anisotropic))
-    {
-        left_out.push(LeftOut {
-            effect: "azimuth axis",
-            reason: "every material is isotropic".into(),
-        });
-    }
-    if !scene
-        .materials
-        .iter()
-        .any(|material| is(&material.model, |model| model.flags().contains(Flags::TRANSMISSION)))
-    {
-        left_out.push(LeftOut {
-            effect: "transmission",
-            reason: "no material transmits light".into(),
-        });
-    }
-    if !any(|model| model.roughness_range().is_some()) {
-        left_out.push(LeftOut {
-            effect: "roughness axis",
-            reason: "every roughness is one value".into(),
-        });
-    }
-    if !any(|model| matches!(model, ModelSpec::DiffuseSpecular { .. })) {
-        left_out.push(LeftOut {
-            effect: "diffuse coupling",
-            reason: "no material is diffuse-specular".into(),
-        });
-    }
-    if !any(|model| model.channels() == Channels::Rgb) {
-        left_out.push(LeftOut {
-            effect: "colour",
-            reason: "every parameter is grey: one channel each".into(),
-        });
-    }
-    left_out
+    let specs = || scene.materials.iter().map(|material| &material.model);
+    let models: Vec<Model> = specs().filter_map(|spec| spec.at(None).ok()).collect();
+    let any = |test: fn(&Model) -> bool| models.iter().any(test);
+    let uses = [
+        (
+            any(Model::is_anisotropic),
+            "azimuth axis",
+            "every material is isotropic",
+        ),
+        (
+            any(|model| model.flags().contains(Flags::TRANSMISSION)),
+            "transmission",
+            "no material transmits light",
+        ),
+        (
+            specs().any(|spec| spec.roughness_range().is_some()),
+            "roughness axis",
+            "every roughness is one value",
+        ),
+        (
+            any(Model::is_coupled),
+            "diffuse coupling",
+            "no material is diffuse-specular",
+        ),
+        (
+            any(|model| model.channels() == Channels::Rgb),
+            "colour",
+            "every parameter is grey: one channel each",
+        ),
+    ];
+    let unused = uses.into_iter().filter(|(used, ..)| !used);
+    unused
+        .map(|(_, effect, reason)| LeftOut {
+            effect,
+            reason: reason.into(),
+        })
+        .collect()
 }

@@ -127,6 +127,7 @@ fn samples(model: &Model, sampling: Sampling, mu: f64, tolerance: f64) -> Option
             Model::Microfacet(microfacet) => run(&coupled_bxdf(coupled, *microfacet).unwrap()),
             _ => None,
         },
+        _ => None,
     }
 }
 

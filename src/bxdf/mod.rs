@@ -9,6 +9,7 @@ mod diffuse_specular;
 mod error;
 mod flags;
 mod fresnel_blend;
+mod half_angle;
 mod irregular;
 mod lambertian;
 mod microfacet;
@@ -21,6 +22,7 @@ pub use diffuse_specular::{CoupledBxdf, Coupling, DiffuseSpecular, SpecularAlbed
 pub use error::ModelError;
 pub use flags::Flags;
 pub use fresnel_blend::FresnelBlend;
+pub use half_angle::HalfAngle;
 pub use irregular::Irregular;
 pub use lambertian::Lambertian;
 pub use microfacet::Microfacet;

@@ -1,8 +1,8 @@
 //! The closed set of models that scenes name.
 
 use super::{
-    BrdfToBtdf, Bxdf, DiffuseSpecular, Flags, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Microfacet,
-    OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum,
+    BrdfToBtdf, Bxdf, DiffuseSpecular, Flags, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian,
+    Microfacet, OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum,
 };
 use crate::spectrum::Channels;
 
@@ -118,6 +118,11 @@ impl Model {
     /// Whether f jumps between irregular samples, so that only Monte Carlo integrates it.
     pub fn is_irregular(&self) -> bool {
         matches!(self, Self::Irregular(_)) || self.parts().into_iter().any(Self::is_irregular)
+    }
+
+    /// Whether a coupling of specular and diffuse is part of it.
+    pub fn is_coupled(&self) -> bool {
+        matches!(self, Self::DiffuseSpecular(_)) || self.parts().into_iter().any(Self::is_coupled)
     }
 
     /// A typical width of its narrowest lobe in radians; layers of rho_hd at grazing angles are as thin.

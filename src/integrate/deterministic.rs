@@ -2,7 +2,8 @@
 
 use super::hemisphere::Mean;
 use super::{
-    Angles, ErrorKind, Estimate, Estimator, IntegrateError, Lobe, Target, facets, microfacet_hd, microfacet_hh,
+    Angles, ErrorKind, Estimate, Estimator, IntegrateError, Lobe, Target, facets, half_angle_hd, half_angle_hh,
+    microfacet_hd, microfacet_hh,
 };
 use crate::bxdf::{DiffuseSpecular, Flags, FresnelBlend, Microfacet, Model, SpecularReflection};
 use crate::fresnel::Fresnel;

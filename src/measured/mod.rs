@@ -7,6 +7,7 @@ pub mod cie;
 mod file;
 pub mod index;
 pub mod irregular;
+pub mod merl;
 
 use thiserror::Error;
 

@@ -6,8 +6,8 @@ use super::spec::ModelSpec;
 use super::table::{Entry, Rule, Table};
 use super::vocabulary::{BXDFS, BxdfType, COUPLINGS, MASKINGS, TRANSPORTS};
 use crate::bxdf::{
-    Coupling, Flags, FresnelSpecular, HalfAngle, Irregular, Lambertian, OrenNayar, SpecularReflection, SpecularTransmission,
-    Transport,
+    Coupling, Flags, FresnelSpecular, HalfAngle, Irregular, Lambertian, OrenNayar, SpecularReflection,
+    SpecularTransmission, Transport,
 };
 use crate::measured::irregular::IrregularSamples;
 use crate::measured::merl::MerlTable;
@@ -23,9 +23,9 @@ pub(super) const BXDF_RULE: &str = "bxdf is a table with a type and its paramete
 pub(super) fn material_bxdf(entry: Entry<'_>) -> Result<ModelSpec, SceneError> {
     let model = bxdf(entry, &BXDF_RULE)?;
     if model.ranges().len() > 1 {
-        return Err(entry.refuse(
-            "is not allowed: one roughness of a material may be a range; a table has one axis for it",
-        ));
+        return Err(
+            entry.refuse("is not allowed: one roughness of a material may be a range; a table has one axis for it")
+        );
     }
     Ok(model)
 }
@@ -65,10 +65,12 @@ fn oren_nayar(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
 fn microfacet(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     let keys = ["type", "reflectance", "distribution", "masking", "fresnel"];
     table.only("microfacet", &keys)?;
+    let reflectance = or_white(table, REFLECTANCE)?;
+    let distribution = distribution(table.required("distribution", &DISTRIBUTION_RULE)?)?;
     let masking = table.required("masking", &MASKINGS)?;
     let model = ModelSpec::Microfacet {
-        reflectance: or_white(table, REFLECTANCE)?,
-        distribution: distribution(table.required("distribution", &DISTRIBUTION_RULE)?)?,
+        reflectance,
+        distribution,
         masking: masking.choice(&MASKINGS)?,
         fresnel: fresnel(table.required("fresnel", &FRESNEL_RULE)?)?,
     };
@@ -109,8 +111,7 @@ fn fresnel_specular(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     table.only("fresnel-specular", &keys)?;
     let (eta_a, eta_b, transport) = interface(table)?;
     let (reflectance, transmittance) = (or_white(table, REFLECTANCE)?, or_white(table, TRANSMITTANCE)?);
-    let glass =
-        FresnelSpecular::new(reflectance, transmittance, eta_a, eta_b, transport).map_err(refused(table))?;
+    let glass = FresnelSpecular::new(reflectance, transmittance, eta_a, eta_b, transport).map_err(refused(table))?;
     Ok(ModelSpec::FresnelSpecular(glass))
 }
 
@@ -145,8 +146,7 @@ fn sum(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     const PART_RULE: &str = "bxdfs holds tables, each with a type and its parameters";
     table.only("sum", &["type", "bxdfs"])?;
     let entry = table.required("bxdfs", &RULE)?;
-    let parts: Result<Vec<ModelSpec>, SceneError> =
-        entry.elements(&RULE)?.map(|part| bxdf(part, PART_RULE)).collect();
+    let parts: Result<Vec<ModelSpec>, SceneError> = entry.elements(&RULE)?.map(|part| bxdf(part, PART_RULE)).collect();
     match parts? {
         none if none.is_empty() => Err(entry.refuse(format!("is not allowed: {RULE}"))),
         parts => Ok(ModelSpec::Sum(parts)),

@@ -141,21 +141,44 @@ fn wrong_types() {
             ),
             (
                 "{}",
-                "missing key type: bxdf is one of \"lambertian\", \"microfacet\", \"diffuse-specular\"",
+                "missing key type: bxdf is one of \"lambertian\", \"oren-nayar\", \"microfacet\", \"fresnel-blend\"",
             ),
             ("{ tpye = 'lambertian' }", "is tpye a misspelling of type?"),
             ("{ type = 1 }", "type = 1 is not allowed: bxdf is one of"),
             ("{ type = 'lambertan' }", "did you mean \"lambertian\"?"),
             (
-                "{ type = 'oren-nayar' }",
-                "type = 'oren-nayar' is not available: this version cannot compute this bxdf",
+                "{ type = 'oren-nayar', reflectance = 1, sigma_deg = 91 }",
+                "sigma_deg = 91 is not allowed: sigma_deg lies in [0, 90]",
             ),
             (
-                "{ type = 'oren-nayar' }",
-                "bxdf is one of \"lambertian\", \"microfacet\", \"diffuse-specular\"",
+                "{ type = 'oren-nayar', reflectance = 1 }",
+                "missing key sigma_deg: sigma_deg is a number in [0, 90]",
             ),
-            ("{ type = 'sum', bxdfs = [] }", "cannot compute this bxdf yet"),
-            ("{ type = 'merl', path = 'x' }", "cannot compute this bxdf yet"),
+            ("{ type = 'sum', bxdfs = [] }", "bxdfs is an array of at least one bxdf"),
+            ("{ type = 'sum', bxdfs = [1] }", "bxdfs holds tables, each with a type"),
+            ("{ type = 'scaled', scale = 2, bxdf = {} }", "scale lies in [0, 1]"),
+            (
+                "{ type = 'brdf-to-btdf' }",
+                "missing key bxdf: bxdf is a table with a type",
+            ),
+            (
+                "{ type = 'merl', path = 'absent' }",
+                "path = 'absent' cannot be used: absent: cannot be read",
+            ),
+            ("{ type = 'irregular', path = '' }", "path is a string, and not empty"),
+            ("{ type = 'irregular', path = '.' }", "path = '.' cannot be used: "),
+            (
+                "{ type = 'specular-transmission', eta_b = 0 }",
+                "eta_b = 0 is not allowed: eta_b lies in [0.01, 100]",
+            ),
+            (
+                "{ type = 'fresnel-specular', eta_b = 1.5, transport = 'light' }",
+                "transport is one of \"radiance\", \"importance\"",
+            ),
+            (
+                "{ type = 'fresnel-blend', rd = 1, distribution = { type = 'phong', n = 1 } }",
+                "missing key rs",
+            ),
             (
                 "{ type = 'lambertian' }",
                 "missing key reflectance: reflectance is a number or an array of three",
@@ -316,12 +339,12 @@ fn wrong_masking_and_fresnel() {
         &[
             (
                 "'smith'",
-                "this version cannot compute this masking yet; masking is one of \"none\", \"v-groove\"",
+                "masking \"smith\" is not allowed with distribution \"vmf\": it goes with beckmann and ggx only",
             ),
             ("'vgroove'", "did you mean \"v-groove\"?"),
             (
                 "{ type = 'none' }",
-                "masking is one of \"none\", \"v-groove\", not a table",
+                "masking is one of \"none\", \"v-groove\", \"smith\", \"smith-correlated\", not a table",
             ),
         ],
     );
@@ -347,7 +370,27 @@ fn wrong_masking_and_fresnel() {
             ),
             (
                 "{ type = 'conductor', eta = 1 }",
-                "missing key k: k is a number or an array of three numbers in [0, 100]",
+                "missing key k: k is a number, an array of three numbers, or the name of an .spd file, in [0, 100]",
+            ),
+            (
+                "{ type = 'conductor', metal = 'Fe' }",
+                "metal = 'Fe' is not allowed: metal is one of \"Ag\", \"Al\", \"Au\", \"Cu\"",
+            ),
+            (
+                "{ type = 'conductor', metal = 'Au', k = 1 }",
+                "k = 1 is not allowed beside metal or nk",
+            ),
+            (
+                "{ type = 'conductor', eta = 1, k = 'x.spd' }",
+                "k = 'x.spd' is not allowed beside a number eta",
+            ),
+            (
+                "{ type = 'conductor', eta = 'absent.spd', k = 'x.spd' }",
+                "eta = 'absent.spd' cannot be used: absent.spd: cannot be read",
+            ),
+            (
+                "{ type = 'conductor', nk = 'absent.yml' }",
+                "nk = 'absent.yml' cannot be used: absent.yml: cannot be read",
             ),
             (
                 "{ type = 'conductor', eta = 1, k = [0, -1, 0] }",
@@ -415,7 +458,14 @@ fn wrong_couplings() {
                 "'lambertian'",
                 "specular is a table with a type and its parameters, not a string",
             ),
-            ("{ type = 'specular-reflection' }", "cannot compute this bxdf yet"),
+            (
+                "{ type = 'fresnel-specular', eta_b = 1.5 }",
+                "the specular lobe reflects and lets nothing through",
+            ),
+            (
+                "{ type = 'scaled', scale = 1, bxdf = { type = 'brdf-to-btdf', bxdf = { type = 'lambertian', reflectance = 1 } } }",
+                "the specular lobe reflects and lets nothing through",
+            ),
         ],
     );
 }

@@ -1,8 +1,8 @@
 //! The materials of a scene as it describes them: models whose roughness may still be a range.
 
 use crate::bxdf::{
-    BrdfToBtdf, Coupling, DiffuseSpecular, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Microfacet, Model,
-    ModelError, OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum,
+    BrdfToBtdf, Coupling, DiffuseSpecular, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Microfacet,
+    Model, ModelError, OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum,
 };
 use crate::distribution::{Anisotropic, Distribution, Family};
 use crate::fresnel::Fresnel;
@@ -266,20 +266,6 @@ mod tests {
         let fixed = coupled(microfacet(Roughness::Fixed(3.0)));
         assert_eq!(fixed.roughness_range(), None);
         assert_eq!(kappa_of(&fixed.at(Some(17.0)).unwrap()), kappa(3.0));
-    }
-
-    #[test]
-    fn channels_agree_with_the_model() {
-        let fixed = microfacet(Roughness::Fixed(3.0));
-        let lambertian = ModelSpec::Lambertian(Lambertian::new(Spectrum::rgb([0.1, 0.2, 0.3])).unwrap());
-        for (spec, channels) in [
-            (coupled(fixed.clone()), Channels::Rgb),
-            (fixed, Channels::Grey),
-            (lambertian, Channels::Rgb),
-        ] {
-            assert_eq!(spec.channels(), channels);
-            assert_eq!(spec.at(None).unwrap().channels(), channels);
-        }
     }
 
     #[test]
