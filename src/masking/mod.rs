@@ -3,6 +3,8 @@
 //! Directions lie above the surface; callers flip those below it.
 
 mod smith;
+#[cfg(test)]
+mod tests;
 mod v_groove;
 mod visible;
 
@@ -65,7 +67,7 @@ impl Masking {
     ///
     /// For V-grooves this is min((o.h)/((n.o)(n.h)), 2, 2 (n.i)/(n.o)): bounded by 2, and finite as n.o -> 0. For Smith it
     /// is (o.h) (n.i)/(n.h) over seen(o) seen(i), or over the correlated form of that, see [`Smith`]: finite as n.o -> 0
-    /// too, but it grows like the inverse of the roughness.
+    /// too, but for facets far off the lobe it grows like the inverse of the roughness.
     pub fn weight(self, distribution: &Distribution, wo: DVec3, wi: DVec3, cos: Cosines) -> f64 {
         let unmasked = cos.d / (cos.o * cos.h);
         match self {
