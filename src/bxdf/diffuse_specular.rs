@@ -1,6 +1,6 @@
 //! A specular lobe over a diffuse base that shares one energy budget [Mikkelsen 2009, eq. 28].
 
-use super::{Bxdf, BxdfSample, Flags, Model, Sampling, cosine_hemisphere, other_hemisphere};
+use super::{Bxdf, BxdfSample, Flags, Model, Sampling, cosine_hemisphere, opposite_sides, other_hemisphere};
 use crate::numerics::surface::Surface;
 use crate::parameter::{KD, KS, ParameterError};
 use crate::spectrum::{Channels, Spectrum};
@@ -192,14 +192,14 @@ impl<S: Bxdf> Bxdf for CoupledBxdf<S> {
     }
 
     fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        if wo.z * wi.z < 0.0 {
+        if opposite_sides(wo, wi) {
             return DVec3::ZERO;
         }
         self.parameters.ks.value() * self.specular.f(wo, wi) + self.diffuse(wo, wi)
     }
 
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
-        if wo.z * wi.z < 0.0 {
+        if opposite_sides(wo, wi) {
             return 0.0;
         }
         let share = self.specular_share(wo);
@@ -220,7 +220,7 @@ impl<S: Bxdf> Bxdf for CoupledBxdf<S> {
             self.base_direction(wo, u)
         };
         let pdf = self.pdf(wo, wi);
-        if wo.z * wi.z < 0.0 || pdf <= 0.0 {
+        if opposite_sides(wo, wi) || pdf <= 0.0 {
             return BxdfSample::lost(wi);
         }
         BxdfSample {

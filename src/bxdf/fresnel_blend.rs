@@ -3,7 +3,7 @@
 use super::{Bxdf, BxdfSample, Flags, Sampling, cosine_hemisphere};
 use crate::distribution::Distribution;
 use crate::geometry::{half_vector, reflect};
-use crate::masking::Cosines;
+use crate::masking::{Cosines, LARGEST};
 use crate::parameter::{ParameterError, RD, RS};
 use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
@@ -23,9 +23,6 @@ pub struct FresnelBlend {
     rs: Spectrum,
     distribution: Distribution,
 }
-
-/// Where f or a density diverges, with both directions near the horizon, it ends here, so that sums of several stay finite.
-const LARGEST: f64 = 1e300;
 
 /// g(mu) = 1 - (1 - mu/2)^5, as (mu/2)(1 + t + t^2 + t^3 + t^4) with t = 1 - mu/2, which keeps its digits for small mu.
 fn entering(mu: f64) -> f64 {
@@ -114,7 +111,7 @@ impl FresnelBlend {
             h: half.wh.z,
             d: half.cos_d,
         };
-        Some((self.distribution.p(half.wh) / (4.0 * half.cos_d), cosines))
+        Some(((self.distribution.p(half.wh) / (4.0 * half.cos_d)).min(LARGEST), cosines))
     }
 
     /// The two parts of the mixture density, for wo above the surface. Mirror images below it are drawn too, in vain.

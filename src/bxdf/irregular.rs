@@ -1,6 +1,6 @@
 //! An isotropic BRDF given by irregularly spaced samples [pbrt 2010, section 8.6.1].
 
-use super::{Bxdf, BxdfSample, Flags};
+use super::{Bxdf, BxdfSample, Flags, opposite_sides};
 use crate::geometry::Polar;
 use crate::measured::irregular::{IrregularSamples, remap};
 use crate::spectrum::Channels;
@@ -142,7 +142,7 @@ impl Bxdf for Irregular {
     }
 
     fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        if wo.z * wi.z < 0.0 {
+        if opposite_sides(wo, wi) {
             DVec3::ZERO
         } else {
             self.data.f(wo, wi)
@@ -150,7 +150,7 @@ impl Bxdf for Irregular {
     }
 
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
-        if wo.z * wi.z < 0.0 {
+        if opposite_sides(wo, wi) {
             0.0
         } else {
             wi.z.abs() * FRAC_1_PI * self.row(wo).ratio(wo, wi)

@@ -3,6 +3,8 @@
 //! Directions lie above the surface; callers flip those below it.
 
 mod smith;
+#[cfg(test)]
+mod tests;
 mod v_groove;
 mod visible;
 
@@ -11,6 +13,9 @@ pub use v_groove::{sample_visible_groove, visible_groove_pdf};
 
 use crate::distribution::Distribution;
 use glam::DVec3;
+
+/// Where f and densities that diverge, with both directions near the horizon, end, so that sums of several stay finite.
+pub const LARGEST: f64 = 1e300;
 
 /// Masking-shadowing terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,7 +70,7 @@ impl Masking {
     ///
     /// For V-grooves this is min((o.h)/((n.o)(n.h)), 2, 2 (n.i)/(n.o)): bounded by 2, and finite as n.o -> 0. For Smith it
     /// is (o.h) (n.i)/(n.h) over seen(o) seen(i), or over the correlated form of that, see [`Smith`]: finite as n.o -> 0
-    /// too, but it grows like the inverse of the roughness.
+    /// too, but for facets far off the lobe it grows like the inverse of the roughness.
     pub fn weight(self, distribution: &Distribution, wo: DVec3, wi: DVec3, cos: Cosines) -> f64 {
         let unmasked = cos.d / (cos.o * cos.h);
         match self {
@@ -113,7 +118,7 @@ impl Masking {
         if density == 0.0 {
             0.0
         } else {
-            (shape * density).min(f64::MAX)
+            (shape * density).min(LARGEST)
         }
     }
 
@@ -134,7 +139,7 @@ impl Masking {
     pub fn visible_pdf(self, distribution: &Distribution, wo: DVec3, cos_o: f64, h: DVec3, cos_d: f64) -> f64 {
         match self.smith(distribution) {
             Some(smith) => 0.25 * distribution.d(h) / smith.seen(wo, cos_o),
-            None => (visible_groove_pdf(distribution, cos_o, h, cos_d) / (4.0 * cos_d)).min(f64::MAX),
+            None => (visible_groove_pdf(distribution, cos_o, h, cos_d) / (4.0 * cos_d)).min(LARGEST),
         }
     }
 

@@ -14,7 +14,7 @@
 //! - height-correlated G2 = 1/(1 + Lambda(o) + Lambda(i)) = (n.o)(n.i)/J with
 //!   J = (n.o)(n.i) + (n.i) hidden(o) + (n.o) hidden(i) [Heitz 2014, eq. 99].
 
-use super::Cosines;
+use super::{Cosines, LARGEST};
 use crate::distribution::{Distribution, Elliptic, Isotropic};
 use crate::numerics::gaussian::ierfc;
 use glam::{DVec2, DVec3};
@@ -105,7 +105,8 @@ impl Smith {
     /// G2 (o.h)/((n.o)(n.h)) for h half way between the directions.
     ///
     /// In i = (n.i)/(n.h) and o = (n.o)/(n.h), which add up to 2 (o.h), it is (o.h) i/(seen(o) seen(i)), or correlated
-    /// (o.h) i/(i seen(o) + o hidden(i)): nothing is divided by n.o.
+    /// (o.h)/(n.h) i/(i seen(o) + o hidden(i)): nothing is divided by n.o. The correlated one grows without bound as n.h -> 0
+    /// with n.o = 0, though p times it does not; at n.h = 0, where p = 0, the largest number stands for it.
     pub(super) fn weight(&self, correlated: bool, wo: DVec3, wi: DVec3, cos: Cosines) -> f64 {
         // at n.h = 0 both directions lie at the horizon; the limit is that of wo staying there
         let (o, i) = if cos.h > 0.0 {
@@ -115,7 +116,7 @@ impl Smith {
         };
         let seen = self.seen(wo, cos.o);
         if correlated {
-            (cos.d / cos.h * (i / (i * seen + o * self.hidden(wi, cos.i)))).min(f64::MAX)
+            (cos.d / cos.h * (i / (i * seen + o * self.hidden(wi, cos.i)))).min(LARGEST)
         } else {
             cos.d / seen * (i / self.seen(wi, cos.i))
         }

@@ -65,7 +65,7 @@ const LAST_STEP: f64 = 1e-6;
 /// In the upper half (1 - F) C = cos erfc(x)/2 - sin e^(-x^2)/(2 sqrt(pi)) + sin ierfc(cos/sin)/2 takes its place, so that
 /// both tails keep their digits. The roots for sin = 0 and cos = 0 are elementary; between them they make a good start
 /// for Halley's method, which is kept within a bracket by bisection.
-fn visible_slope(cos: f64, sin: f64, u: f64) -> f64 {
+pub(super) fn visible_slope(cos: f64, sin: f64, u: f64) -> f64 {
     let u = u.max(HALF_STEP);
     let end = cos / sin; // infinite at the normal, where every slope is seen
     let hidden = if sin > 0.0 { 0.5 * sin * ierfc(end) } else { 0.0 };

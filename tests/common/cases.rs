@@ -1,7 +1,7 @@
 //! Materials by name, and random materials and directions over the whole legal ranges.
 
 use whitefurnace::bxdf::Microfacet;
-use whitefurnace::distribution::{Family, Isotropic};
+use whitefurnace::distribution::{Anisotropic, Distribution, Elliptic, Family, Isotropic};
 use whitefurnace::fresnel::Fresnel;
 use whitefurnace::masking::Masking;
 use whitefurnace::numerics::stream::{Stream, StreamId};
@@ -31,6 +31,22 @@ pub(crate) fn ggx(alpha: f64) -> Isotropic {
     Family::Ggx.with(alpha).unwrap()
 }
 
+fn elliptic(kind: Elliptic, x: f64, y: f64) -> Distribution {
+    Anisotropic::new(kind, x, y).unwrap().into()
+}
+
+pub(crate) fn ggx_xy(alpha_x: f64, alpha_y: f64) -> Distribution {
+    elliptic(Elliptic::Ggx, alpha_x, alpha_y)
+}
+
+pub(crate) fn beckmann_xy(m_x: f64, m_y: f64) -> Distribution {
+    elliptic(Elliptic::Beckmann, m_x, m_y)
+}
+
+pub(crate) fn ashikhmin_shirley(e_x: f64, e_y: f64) -> Distribution {
+    elliptic(Elliptic::AshikhminShirley, e_x, e_y)
+}
+
 /// Methanol of [Mikkelsen 2009, section 3].
 pub(crate) fn methanol() -> Fresnel {
     dielectric(1.329)
@@ -42,8 +58,18 @@ pub(crate) fn aluminium() -> Fresnel {
 }
 
 /// V-grooves with R = 1.
-pub(crate) fn grooves(distribution: Isotropic, fresnel: Fresnel) -> Microfacet {
+pub(crate) fn grooves(distribution: impl Into<Distribution>, fresnel: Fresnel) -> Microfacet {
     Microfacet::new(Spectrum::grey(1.0), distribution, Masking::VGroove, fresnel).unwrap()
+}
+
+/// Smith with R = 1, of Beckmann and GGX.
+pub(crate) fn smith(distribution: impl Into<Distribution>, fresnel: Fresnel, correlated: bool) -> Microfacet {
+    let masking = if correlated {
+        Masking::SmithCorrelated
+    } else {
+        Masking::Smith
+    };
+    Microfacet::new(Spectrum::grey(1.0), distribution, masking, fresnel).unwrap()
 }
 
 /// Members of every family from the widest to the narrowest.
@@ -113,6 +139,31 @@ impl Dice {
                 })
             }
         }
+    }
+
+    /// Any Beckmann or GGX distribution of the legal range, its ends included: isotropic or anisotropic, to all ratios.
+    pub(crate) fn slopes(&mut self) -> Distribution {
+        let mut width = |ends: f64| {
+            if self.uniform() < ends {
+                self.pick(&[1e-6, 10.0])
+            } else {
+                self.log(-6.0, 1.0).clamp(1e-6, 10.0)
+            }
+        };
+        let (x, y) = (width(0.1), width(0.2));
+        match self.pick(&[0, 1, 2, 2, 3, 3]) {
+            0 => beckmann(x).into(),
+            1 => ggx(x).into(),
+            2 => beckmann_xy(x, y),
+            _ => ggx_xy(x, y),
+        }
+    }
+
+    /// Any microfacet lobe of either Smith term.
+    pub(crate) fn smith(&mut self) -> Microfacet {
+        let correlated = self.pick(&[true, false]);
+        let distribution = self.slopes();
+        smith(distribution, self.fresnel(), correlated)
     }
 
     /// A number or three.
