@@ -111,7 +111,10 @@ impl FresnelBlend {
             h: half.wh.z,
             d: half.cos_d,
         };
-        Some(((self.distribution.p(half.wh) / (4.0 * half.cos_d)).min(LARGEST), cosines))
+        Some((
+            (self.distribution.p(half.wh) / (4.0 * half.cos_d)).min(LARGEST),
+            cosines,
+        ))
     }
 
     /// The two parts of the mixture density, for wo above the surface. Mirror images below it are drawn too, in vain.

@@ -21,7 +21,7 @@ pub(super) const BXDF_RULE: &str = "bxdf is a table with a type and its paramete
 
 /// The bxdf of a material.
 pub(super) fn material_bxdf(entry: Entry<'_>) -> Result<ModelSpec, SceneError> {
-    let model = bxdf(entry, &BXDF_RULE)?;
+    let model = bxdf(entry, BXDF_RULE)?;
     if model.ranges().len() > 1 {
         return Err(
             entry.refuse("is not allowed: one roughness of a material may be a range; a table has one axis for it")
