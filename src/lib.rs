@@ -10,6 +10,8 @@
 //! | table | [`table`] | texels | a lookup, its error at and between texels, its range |
 //! | export | [`export`] | tables | OpenEXR files and a manifest |
 //!
+//! [`verify`] stands beside them, above [`integrate`]: it tests models and tables, and nothing below imports it.
+//!
 //! Below them stand, importing nothing above: [`geometry`], [`spectrum`], [`parameter`], [`numerics`], [`measured`]; on those [`fresnel`],
 //! [`distribution`], [`masking`]; on those [`bxdf`]. Only [`integrate`] knows both a BxDF and a table.
 //!
@@ -60,6 +62,7 @@
 //! - [pbrt 2016] M. Pharr, W. Jakob, G. Humphreys, *Physically Based Rendering*, third edition, section 8.2.
 //! - [Kolmogorov 1933], [Stephens 1970] A. Kolmogorov, M. Stephens: the one-sample test of a distribution and its tables.
 //! - [Sidak 1967] Z. Sidak, *Rectangular confidence regions for the means of multivariate normal distributions*, JASA 62.
+//! - [Stouffer et al. 1949] S. Stouffer et al., *The American Soldier*, volume 1, on adding up scores of tests.
 //! - [Steele et al. 2014] G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, OOPSLA.
 //!
 //! [Abramowitz and Stegun 1964]: #bibliography
@@ -73,6 +76,7 @@
 //! [Kolmogorov 1933]: #bibliography
 //! [Stephens 1970]: #bibliography
 //! [Sidak 1967]: #bibliography
+//! [Stouffer et al. 1949]: #bibliography
 //! [Steele et al. 2014]: #bibliography
 
 pub mod bxdf;
@@ -90,3 +94,4 @@ pub mod plan;
 pub mod scene;
 pub mod spectrum;
 pub mod table;
+pub mod verify;
