@@ -5,6 +5,7 @@ use crate::numerics::patterson::{ABSCISSAE, WEIGHTS};
 use glam::DVec3;
 use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::LazyLock;
 
 /// Graded polar coordinates x = asinh((theta - theta_0)/a), y = asinh((phi - phi_0)/b) of one hemisphere.
 ///
@@ -119,11 +120,11 @@ impl Chart {
             area * density(w)
         };
         let evaluations = Cell::new(0);
-        let panel = |over: Rectangle, drawn: Vec<[f64; 2]>| {
+        let panel = |over: Rectangle, drawn: Vec<[f64; 2]>, other: usize| {
             evaluations.set(evaluations.get() + NODES * NODES);
-            Panel::new(over, drawn, share, &integrand)
+            Panel::new(over, drawn, share, other, &integrand)
         };
-        let mut panels = vec![panel(over, drawn.to_vec())];
+        let mut panels = vec![panel(over, drawn.to_vec(), 0)];
         loop {
             let value: f64 = panels.iter().map(|panel| panel.value).sum();
             let error: f64 = panels.iter().map(|panel| panel.error.max(panel.missed)).sum();
@@ -146,8 +147,8 @@ impl Chart {
                 }
                 let (axis, [low, high]) = (old.axis, old.over.halves(old.axis));
                 let (below, above) = old.drawn.into_iter().partition(|at| at[axis] < low.high[axis]);
-                refined.push(panel(low, below));
-                refined.push(panel(high, above));
+                refined.push(panel(low, below, 1 - axis));
+                refined.push(panel(high, above, 1 - axis));
             }
             panels = refined;
         }
@@ -208,7 +209,8 @@ struct Panel {
     over: Rectangle,
     drawn: Vec<[f64; 2]>,
     value: f64,
-    /// The difference to the rules of three nodes along either axis, which are nested in those of seven.
+    /// The difference to the rules of three nodes along either axis, which are nested in those of seven, and what hides
+    /// beyond the nodes.
     error: f64,
     /// What the directions drawn here say is missing.
     missed: f64,
@@ -217,19 +219,53 @@ struct Panel {
 }
 
 impl Panel {
-    fn new(over: Rectangle, drawn: Vec<[f64; 2]>, share: f64, integrand: &impl Fn([f64; 2]) -> f64) -> Self {
+    /// `other` is the axis to halve along where the rules do not say.
+    fn new(
+        over: Rectangle,
+        drawn: Vec<[f64; 2]>,
+        share: f64,
+        other: usize,
+        integrand: &impl Fn([f64; 2]) -> f64,
+    ) -> Self {
         let half = [0, 1].map(|axis| 0.5 * (over.high[axis] - over.low[axis]));
         let centre = [0, 1].map(|axis| 0.5 * (over.high[axis] + over.low[axis]));
+        let at = |x: f64, y: f64| integrand([centre[0] + half[0] * x, centre[1] + half[1] * y]);
+        let rule = &*RULE;
         let mut sums = [[0.0; 2]; 2];
-        for (x, fine_x, coarse_x) in nodes() {
-            for (y, fine_y, coarse_y) in nodes() {
-                let f = integrand([centre[0] + half[0] * x, centre[1] + half[1] * y]);
-                for (i, weight_x) in [fine_x, coarse_x].into_iter().enumerate() {
-                    for (j, weight_y) in [fine_y, coarse_y].into_iter().enumerate() {
-                        sums[i][j] += weight_x * weight_y * f;
+        // the polynomial through all nodes, at the corners and in the middle of the edges
+        let mut corners = [[0.0; 2]; 2];
+        let mut edges = [[0.0; 2]; 2];
+        for (i, a) in rule.iter().enumerate() {
+            for (j, b) in rule.iter().enumerate() {
+                let f = at(a.node, b.node);
+                for (row, weight_x) in [a.fine, a.coarse].into_iter().enumerate() {
+                    for (column, weight_y) in [b.fine, b.coarse].into_iter().enumerate() {
+                        sums[row][column] += weight_x * weight_y * f;
                     }
                 }
+                for side_x in 0..2 {
+                    for side_y in 0..2 {
+                        corners[side_x][side_y] += a.at_ends[side_x] * b.at_ends[side_y] * f;
+                    }
+                    edges[0][side_x] += if j == 0 { a.at_ends[side_x] * f } else { 0.0 };
+                    edges[1][side_x] += if i == 0 { b.at_ends[side_x] * f } else { 0.0 };
+                }
             }
+        }
+        let strays = |expected: f64, x: f64, y: f64| {
+            let found = at(x, y);
+            if found.is_finite() {
+                (found - expected).abs()
+            } else {
+                0.0
+            }
+        };
+        let mut stray: f64 = 0.0;
+        for (i, x) in [-1.0, 1.0].into_iter().enumerate() {
+            for (j, y) in [-1.0, 1.0].into_iter().enumerate() {
+                stray = stray.max(strays(corners[i][j], x, y));
+            }
+            stray = stray.max(strays(edges[0][i], x, 0.0)).max(strays(edges[1][i], 0.0, x));
         }
         let area = half[0] * half[1];
         let value = area * sums[0][0];
@@ -240,8 +276,11 @@ impl Panel {
         } else {
             0.0
         };
+        let hidden = AT_ENDS * area * stray;
         // where the rules see nothing at all, the directions drawn say where to look
-        let axis = if along_x + along_y > 0.0 || drawn.is_empty() {
+        let axis = if hidden > along_x + along_y {
+            other
+        } else if along_x + along_y > 0.0 || drawn.is_empty() {
             usize::from(along_y > along_x)
         } else {
             let spread = [0, 1].map(|axis| {
@@ -255,22 +294,49 @@ impl Panel {
             over,
             drawn,
             value,
-            error: along_x + along_y,
+            error: along_x + along_y + hidden,
             missed,
             axis,
         }
     }
 }
 
-/// Abscissae of [Patterson 1968]'s rule of seven nodes, with its weights and those of the nested rule of three.
-fn nodes() -> impl Iterator<Item = (f64, f64, f64)> {
-    (0..4).flat_map(|i| {
-        let coarse = WEIGHTS[0].get(i).copied().unwrap_or(0.0);
-        let node = (ABSCISSAE[i], WEIGHTS[1][i], coarse);
-        let mirror = (-node.0, node.1, node.2);
-        std::iter::once(node).chain((i > 0).then_some(mirror))
-    })
+/// A node of [Patterson 1968]'s rule of seven.
+struct Node {
+    node: f64,
+    /// Its weight, and its weight in the nested rule of three.
+    fine: f64,
+    coarse: f64,
+    /// Value at -1 and at 1 of the polynomial that is 1 at this node and 0 at the others.
+    at_ends: [f64; 2],
 }
+
+/// All seven, the middle first.
+static RULE: LazyLock<Vec<Node>> = LazyLock::new(|| {
+    let mut rule: Vec<Node> = (0..4)
+        .flat_map(|i| [(i, 1.0), (i, -1.0)])
+        .filter(|(i, sign)| *i > 0 || *sign > 0.0)
+        .map(|(i, sign)| Node {
+            node: sign * ABSCISSAE[i],
+            fine: WEIGHTS[1][i],
+            coarse: WEIGHTS[0].get(i).copied().unwrap_or(0.0),
+            at_ends: [0.0; 2],
+        })
+        .collect();
+    let all: Vec<f64> = rule.iter().map(|node| node.node).collect();
+    for (i, node) in rule.iter_mut().enumerate() {
+        let others = all.iter().enumerate().filter(|(j, _)| *j != i);
+        node.at_ends = [-1.0, 1.0].map(|x| {
+            let factor = |(_, other): (usize, &f64)| (x - other) / (node.node - other);
+            others.clone().map(factor).product()
+        });
+    }
+    rule
+});
+
+/// Share of a panel that lies beyond its outermost nodes about a corner or an edge, where a feature may hide: what the
+/// integrand strays there from the polynomial through the nodes counts by it.
+const AT_ENDS: f64 = 0.01;
 
 #[cfg(test)]
 mod tests {

@@ -17,7 +17,7 @@ const FINEST: f64 = 1e-8;
 
 /// Errors to which the densities are integrated.
 const TOLERANCE: f64 = 1e-7;
-const VISIBLE_TOLERANCE: f64 = 2e-6;
+const VISIBLE_TOLERANCE: f64 = 1e-5;
 
 /// Difference from 1 beyond the error of the quadrature that is put down to rounding: of D at the horizon, and of angles of
 /// 1e-6 that are good to 1e-16.

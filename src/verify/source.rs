@@ -18,7 +18,7 @@ pub struct Settings {
     pub cells: usize,
     /// Pairs of directions for reciprocity.
     pub pairs: u64,
-    /// Texels per table that are compared with Monte Carlo; four times as many with deterministic integration.
+    /// Texels per table that are compared with Monte Carlo; sixteen times as many with deterministic integration.
     pub texels: usize,
 }
 
@@ -32,7 +32,7 @@ impl Settings {
             pilot: 1 << 12,
             cells: 128,
             pairs: 1 << 12,
-            texels: 256,
+            texels: 64,
         }
     }
 
