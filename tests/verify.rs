@@ -287,9 +287,9 @@ fn right_models_of_any_width_pass() {
         })
         .collect();
     let report = Report::judge(checks, CONFIDENCE).unwrap();
-    for (check, verdict) in &report.results {
-        assert_ne!(*verdict, Verdict::Fails, "{check:#?}");
-    }
+    let fails = report.results.iter().filter(|(_, verdict)| *verdict == Verdict::Fails);
+    let fails: Vec<&Check> = fails.map(|(check, _)| check).collect();
+    assert!(fails.is_empty(), "{fails:#?}");
     assert!(report.count(Verdict::Holds) > 7 * models.len());
 }
 

@@ -4,7 +4,7 @@
 //! over every cell, and other draws are counted. Cells of their own are each direction of a delta distribution and, all
 //! together, the draws that belong to no direction.
 
-use super::chart::{Chart, Mass, Rectangle};
+use super::chart::{Axis, Chart, Mass, Rectangle};
 use crate::bxdf::{Bxdf, BxdfSample, Flags};
 use crate::estimate::Lobe;
 use glam::DVec3;
@@ -43,7 +43,7 @@ enum Tree {
 /// A cell of one hemisphere with the draws that it was built from.
 struct Leaf {
     over: Rectangle,
-    drawn: Vec<[f64; 2]>,
+    drawn: Vec<([f64; 2], DVec3)>,
 }
 
 /// Distance below which two directions of a delta distribution are one: refraction near its edge loses half the digits.
@@ -54,6 +54,10 @@ const CELL_TOLERANCE: f64 = 2e-4;
 
 /// Largest share of all draws that the error of one cell may be, for cells that hold next to nothing.
 const LEAST_MASS: f64 = 2e-7;
+
+/// Most panels of a cell. A ridge that follows no coordinate line may take more; the error of its cells then says so, and
+/// the counts are judged by it.
+const MOST_PANELS: usize = 600;
 
 /// What a draw belongs to.
 enum Kind {
@@ -109,7 +113,7 @@ impl Cells {
             let mut leaves = Vec::new();
             let root = Leaf {
                 over: chart.domain(),
-                drawn: drawn.iter().map(|w| chart.at(*w)).collect(),
+                drawn: drawn.iter().map(|w| (chart.at(*w), *w)).collect(),
             };
             let tree = Tree::grow(root, each, 0, &mut leaves);
             all.sides.push(Side {
@@ -120,7 +124,9 @@ impl Cells {
             all.smooth += leaves.len();
             for leaf in leaves {
                 let tolerance = |value: f64| (CELL_TOLERANCE * value).max(LEAST_MASS);
-                let mass = chart.integrate(leaf.over, (&leaf.drawn, share), tolerance, |wi| bxdf.pdf(wo, wi));
+                let drawn: Vec<DVec3> = leaf.drawn.iter().map(|(_, w)| *w).collect();
+                let density = |wi: DVec3| bxdf.pdf(wo, wi);
+                let mass = chart.integrate(leaf.over, (&drawn, share), tolerance, MOST_PANELS, density);
                 all.push(mass);
             }
         }
@@ -194,8 +200,13 @@ impl Cells {
                 polar.map(f64::to_degrees)
             };
             let ([theta, phi], [theta_to, phi_to]) = (corner(over.low), corner(over.high));
+            let about = match side.chart.axis {
+                Axis::X => " about the x axis",
+                Axis::Y => " about the y axis",
+                Axis::Z => "",
+            };
             format!(
-                "wi between theta {} and {}, phi {} and {} deg",
+                "wi between theta {} and {}, phi {} and {} deg{about}",
                 angle(theta),
                 angle(theta_to),
                 angle(phi),
@@ -219,7 +230,7 @@ impl Tree {
             for axis in [depth % 2, (depth + 1) % 2] {
                 if let Some(at) = median(&leaf, axis) {
                     let [low, high] = leaf.over.cut(axis, at);
-                    let (below, above) = leaf.drawn.into_iter().partition(|place| place[axis] < at);
+                    let (below, above) = leaf.drawn.into_iter().partition(|(place, _)| place[axis] < at);
                     let children = [(low, below), (high, above)]
                         .map(|(over, drawn)| Self::grow(Leaf { over, drawn }, each, depth + 1, leaves));
                     return Self::Split {
@@ -255,7 +266,7 @@ impl Tree {
 
 /// Half way between the two middle draws; `None` where they are one.
 fn median(leaf: &Leaf, axis: usize) -> Option<f64> {
-    let mut places: Vec<f64> = leaf.drawn.iter().map(|place| place[axis]).collect();
+    let mut places: Vec<f64> = leaf.drawn.iter().map(|(place, _)| place[axis]).collect();
     places.sort_by(f64::total_cmp);
     let middle = places.len() / 2;
     let (low, high) = (places[middle - 1], places[middle]);

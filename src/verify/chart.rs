@@ -1,6 +1,5 @@
 //! Coordinates of a hemisphere in which lobes of any width are wide, and adaptive integration over rectangles in them.
 
-use crate::geometry::Polar;
 use crate::numerics::patterson::{ABSCISSAE, WEIGHTS};
 use glam::DVec3;
 use std::cell::Cell;
@@ -10,11 +9,14 @@ use std::sync::LazyLock;
 /// Graded polar coordinates x = asinh((theta - theta_0)/a), y = asinh((phi - phi_0)/b) of one hemisphere.
 ///
 /// Far from the centre they grow with the logarithm of the distance, so that a lobe of 1e-6 radians and the hemisphere
-/// around it are both a few units wide. The horizon, where densities end, is a coordinate line.
+/// around it are both a few units wide. The horizon, where densities end, is a coordinate line whichever axis theta is
+/// measured from: anisotropic lobes are ridges of constant angle to a tangent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Chart {
-    /// Whether it is the hemisphere below the surface; theta is measured from its own pole.
+    /// Whether it is the hemisphere below the surface.
     pub(super) below: bool,
+    /// The axis that theta is measured from.
+    pub(super) axis: Axis,
     /// theta_0 and phi_0.
     pub(super) centre: [f64; 2],
     /// a and b.
@@ -28,91 +30,162 @@ pub(super) struct Rectangle {
     pub(super) high: [f64; 2],
 }
 
+/// An axis of polar coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Axis {
+    /// The first tangent; phi is measured from the normal to the second, in [-pi/2, pi/2].
+    X,
+    /// The second tangent, and phi from the normal to the first.
+    Y,
+    /// The normal, on the side of the hemisphere.
+    Z,
+}
+
+impl Axis {
+    /// theta and phi of a direction, either of its hemispheres taken for the upper one.
+    fn polar(self, w: DVec3) -> [f64; 2] {
+        let up = w.z.abs();
+        match self {
+            Self::X => [w.y.hypot(up).atan2(w.x), w.y.atan2(up)],
+            Self::Y => [w.x.hypot(up).atan2(w.y), w.x.atan2(up)],
+            Self::Z => [w.x.hypot(w.y).atan2(up), w.y.atan2(w.x)],
+        }
+    }
+
+    /// The direction of the upper hemisphere with those angles.
+    fn direction(self, [theta, phi]: [f64; 2]) -> DVec3 {
+        let (sin, cos) = theta.sin_cos();
+        let (up, aside) = (sin * phi.cos(), sin * phi.sin());
+        match self {
+            Self::X => DVec3::new(cos, aside, up),
+            Self::Y => DVec3::new(aside, cos, up),
+            Self::Z => DVec3::new(up, aside, cos),
+        }
+    }
+
+    /// Ranges of theta and of phi about `centre`.
+    fn ranges(self, centre: [f64; 2]) -> [[f64; 2]; 2] {
+        match self {
+            Self::X | Self::Y => [[0.0, PI], [-FRAC_PI_2, FRAC_PI_2]],
+            Self::Z => [[0.0, FRAC_PI_2], [centre[1] - PI, centre[1] + PI]],
+        }
+    }
+
+    /// Centre and scale of the narrowest interval of theta with a twentieth of the directions, and of phi with half of those.
+    fn narrowest(self, drawn: &[DVec3]) -> ([f64; 2], [f64; 2]) {
+        let mut polar: Vec<[f64; 2]> = drawn.iter().map(|w| self.polar(*w)).collect();
+        polar.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let thetas: Vec<f64> = polar.iter().map(|[theta, _]| *theta).collect();
+        let count = (polar.len() / 20).max(2);
+        let start = narrowest(&thetas, count);
+        let band = &polar[start..start + count];
+        let mut phis: Vec<f64> = band.iter().map(|[_, phi]| *phi).collect();
+        phis.sort_by(f64::total_cmp);
+        let half = (count / 2).max(2);
+        if self == Self::Z {
+            // once more around the circle, so that no interval is cut
+            let again: Vec<f64> = phis[..half].iter().map(|phi| phi + TAU).collect();
+            phis.extend(again);
+        }
+        let first = narrowest(&phis, half);
+        let ends = [[band[0][0], band[count - 1][0]], [phis[first], phis[first + half - 1]]];
+        (
+            ends.map(|[from, to]| 0.5 * (from + to)),
+            ends.map(|[from, to]| (to - from).max(NARROWEST)),
+        )
+    }
+}
+
 impl Chart {
-    /// The chart of a lobe that is known only from directions drawn from it: centre and scale are those of the narrowest
-    /// interval of theta with a twentieth of them, and of phi with half of those.
+    /// The chart of a lobe that is known only from directions drawn from it.
+    ///
+    /// Theta is measured from the normal, unless the lobe is a ridge that is much narrower seen from a tangent.
     pub(super) fn around(below: bool, drawn: &[DVec3]) -> Self {
-        let mut polar: Vec<[f64; 2]> = drawn.iter().map(|w| Self::polar(*w)).collect();
-        if polar.len() < 40 {
+        if drawn.len() < FEWEST {
             return Self {
                 below,
+                axis: Axis::Z,
                 centre: [0.0, 0.0],
                 scale: [1.0, PI],
             };
         }
-        polar.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        let thetas: Vec<f64> = polar.iter().map(|[theta, _]| *theta).collect();
-        let start = narrowest(&thetas, polar.len() / 20);
-        let band = &polar[start..start + polar.len() / 20];
-        let mut phis: Vec<f64> = band.iter().map(|[_, phi]| *phi).collect();
-        phis.sort_by(f64::total_cmp);
-        // once more around the circle, so that no interval is cut
-        let around: Vec<f64> = phis.iter().copied().chain(phis.iter().map(|phi| phi + TAU)).collect();
-        let half = phis.len() / 2;
-        let first = narrowest(&around[..phis.len() + half], half);
-        let middle = |from: f64, to: f64| [0.5 * (from + to), (to - from).max(NARROWEST)];
-        let [theta, a] = middle(band[0][0], band[band.len() - 1][0]);
-        let [phi, b] = middle(around[first], around[first + half - 1]);
-        Self {
-            below,
-            centre: [theta, phi],
-            scale: [a, b],
+        let [mut chosen, x, y] = [Axis::Z, Axis::X, Axis::Y].map(|axis| {
+            let (centre, scale) = axis.narrowest(drawn);
+            Self {
+                below,
+                axis,
+                centre,
+                scale,
+            }
+        });
+        for other in [x, y] {
+            let handicap = if chosen.axis == Axis::Z { RIDGE } else { 1.0 };
+            if other.scale[0] < handicap * chosen.scale[0] {
+                chosen = other;
+            }
         }
-    }
-
-    /// theta from the nearer pole and phi of a direction.
-    fn polar(w: DVec3) -> [f64; 2] {
-        [w.x.hypot(w.y).atan2(w.z.abs()), w.y.atan2(w.x)]
+        chosen
     }
 
     /// Coordinates of a direction of this hemisphere.
     pub(super) fn at(&self, w: DVec3) -> [f64; 2] {
-        let [theta, phi] = Self::polar(w);
+        let [theta, phi] = self.axis.polar(w);
         let turned = phi - self.centre[1];
-        let turned = turned - TAU * (turned / TAU).round();
+        let turned = match self.axis {
+            Axis::Z => turned - TAU * (turned / TAU).round(),
+            Axis::X | Axis::Y => turned,
+        };
         [
             ((theta - self.centre[0]) / self.scale[0]).asinh(),
             (turned / self.scale[1]).asinh(),
         ]
     }
 
-    /// theta from the nearer pole, and phi, at coordinates.
+    /// theta and phi at coordinates.
     pub(super) fn angles(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let theta = (self.centre[0] + self.scale[0] * x.sinh()).clamp(0.0, FRAC_PI_2);
-        [theta, self.centre[1] + self.scale[1] * y.sinh()]
+        let ranges = self.axis.ranges(self.centre);
+        let theta = self.centre[0] + self.scale[0] * x.sinh();
+        let phi = self.centre[1] + self.scale[1] * y.sinh();
+        [
+            theta.clamp(ranges[0][0], ranges[0][1]),
+            phi.clamp(ranges[1][0], ranges[1][1]),
+        ]
     }
 
     /// The direction at coordinates, and the solid angle per unit of both: sin theta dtheta/dx dphi/dy.
     pub(super) fn direction(&self, [x, y]: [f64; 2]) -> (DVec3, f64) {
         let [a, b] = self.scale;
-        let [theta, phi] = self.angles([x, y]);
-        let polar = Polar::from_angle(theta);
-        let mut w = polar.direction(phi);
+        let angles = self.angles([x, y]);
+        let mut w = self.axis.direction(angles);
+        // rounding of the right angle is no direction below the horizon
+        w.z = w.z.max(0.0);
         if self.below {
             w.z = -w.z;
         }
-        (w, polar.sin * (a * x.cosh()) * (b * y.cosh()))
+        (w, angles[0].sin() * (a * x.cosh()) * (b * y.cosh()))
     }
 
     /// The whole hemisphere.
     pub(super) fn domain(&self) -> Rectangle {
-        let [a, b] = self.scale;
-        let y = (PI / b).asinh();
+        let ranges = self.axis.ranges(self.centre);
+        let corner =
+            |end: usize| [0, 1].map(|axis: usize| ((ranges[axis][end] - self.centre[axis]) / self.scale[axis]).asinh());
         Rectangle {
-            low: [(-self.centre[0] / a).asinh(), -y],
-            high: [((FRAC_PI_2 - self.centre[0]) / a).asinh(), y],
+            low: corner(0),
+            high: corner(1),
         }
     }
 
-    /// int density dw over a rectangle, to about `tolerance`.
+    /// int density dw over a rectangle, to about `tolerance`, in at most `most` parts.
     ///
-    /// `drawn` are the coordinates of directions in it, each of which stands for `share` of all that are drawn: a part that
-    /// holds some of them, and in which the rule sees next to nothing, is halved whatever the rule says.
+    /// `drawn` are directions in it, each of which stands for `share` of all that are drawn: where the density is high at
+    /// some of them and the rule sees next to nothing, their share is missing, and counts as error until it is found.
     pub(super) fn integrate(
         &self,
         over: Rectangle,
-        (drawn, share): (&[[f64; 2]], f64),
+        (drawn, share): (&[DVec3], f64),
         tolerance: impl Fn(f64) -> f64,
+        most: usize,
         density: impl Fn(DVec3) -> f64,
     ) -> Mass {
         let integrand = |at: [f64; 2]| {
@@ -120,15 +193,23 @@ impl Chart {
             area * density(w)
         };
         let evaluations = Cell::new(0);
-        let panel = |over: Rectangle, drawn: Vec<[f64; 2]>, other: usize| {
+        let panel = |over: Rectangle, drawn: Vec<Drawn>, other: usize| {
             evaluations.set(evaluations.get() + NODES * NODES);
             Panel::new(over, drawn, share, other, &integrand)
         };
-        let mut panels = vec![panel(over, drawn.to_vec(), 0)];
+        let drawn = drawn.iter().map(|w| {
+            let at = self.at(*w);
+            let (_, area) = self.direction(at);
+            Drawn {
+                at,
+                f: area * density(*w),
+            }
+        });
+        let mut panels = vec![panel(over, drawn.collect(), 0)];
         loop {
             let value: f64 = panels.iter().map(|panel| panel.value).sum();
             let error: f64 = panels.iter().map(|panel| panel.error.max(panel.missed)).sum();
-            if error <= tolerance(value) || panels.len() >= MOST_PANELS || !value.is_finite() {
+            if error <= tolerance(value) || panels.len() >= most || !value.is_finite() {
                 return Mass {
                     value,
                     error,
@@ -146,7 +227,7 @@ impl Chart {
                     continue;
                 }
                 let (axis, [low, high]) = (old.axis, old.over.halves(old.axis));
-                let (below, above) = old.drawn.into_iter().partition(|at| at[axis] < low.high[axis]);
+                let (below, above) = old.drawn.into_iter().partition(|drawn| drawn.at[axis] < low.high[axis]);
                 refined.push(panel(low, below, 1 - axis));
                 refined.push(panel(high, above, 1 - axis));
             }
@@ -154,6 +235,19 @@ impl Chart {
         }
     }
 }
+
+/// A direction that was drawn, by its coordinates, with the integrand there.
+#[derive(Clone, Copy)]
+struct Drawn {
+    at: [f64; 2],
+    f: f64,
+}
+
+/// Directions below which nothing is known of a lobe.
+const FEWEST: usize = 40;
+
+/// How much narrower a lobe has to be from a tangent than from the normal.
+const RIDGE: f64 = 0.1;
 
 /// Start of the narrowest run of `count` of the `sorted` values.
 fn narrowest(sorted: &[f64], count: usize) -> usize {
@@ -165,9 +259,6 @@ fn narrowest(sorted: &[f64], count: usize) -> usize {
 
 /// Angles closer than this are one: their rounding is as large.
 const NARROWEST: f64 = 1e-15;
-
-/// Most parts of one rectangle; a density that is not known by then is far from smooth, and its error says so.
-const MOST_PANELS: usize = 4000;
 
 impl Rectangle {
     fn halves(self, axis: usize) -> [Self; 2] {
@@ -201,13 +292,17 @@ impl Mass {
     }
 }
 
+/// A mean density in a panel, over the mean at the directions drawn in it, below which the rules miss what was drawn. Within
+/// a steep flank of a lobe both differ too; halving that is harmless.
+const UNSEEN: f64 = 0.05;
+
 /// Nodes along one axis of a panel.
 const NODES: usize = 7;
 
 /// Part of a rectangle under the product of two rules of seven nodes.
 struct Panel {
     over: Rectangle,
-    drawn: Vec<[f64; 2]>,
+    drawn: Vec<Drawn>,
     value: f64,
     /// The difference to the rules of three nodes along either axis, which are nested in those of seven, and what hides
     /// beyond the nodes.
@@ -220,13 +315,7 @@ struct Panel {
 
 impl Panel {
     /// `other` is the axis to halve along where the rules do not say.
-    fn new(
-        over: Rectangle,
-        drawn: Vec<[f64; 2]>,
-        share: f64,
-        other: usize,
-        integrand: &impl Fn([f64; 2]) -> f64,
-    ) -> Self {
+    fn new(over: Rectangle, drawn: Vec<Drawn>, share: f64, other: usize, integrand: &impl Fn([f64; 2]) -> f64) -> Self {
         let half = [0, 1].map(|axis| 0.5 * (over.high[axis] - over.low[axis]));
         let centre = [0, 1].map(|axis| 0.5 * (over.high[axis] + over.low[axis]));
         let at = |x: f64, y: f64| integrand([centre[0] + half[0] * x, centre[1] + half[1] * y]);
@@ -270,25 +359,18 @@ impl Panel {
         let area = half[0] * half[1];
         let value = area * sums[0][0];
         let [along_x, along_y] = [sums[1][0], sums[0][1]].map(|sum| (area * sum - value).abs());
-        let expected = drawn.len() as f64 * share;
-        let missed = if drawn.len() >= 4 && value < 0.05 * expected {
-            expected
+        let count = drawn.len() as f64;
+        let seen = 4.0 * area * drawn.iter().map(|drawn| drawn.f).sum::<f64>();
+        let missed = if value < UNSEEN * seen / count {
+            count * share
         } else {
             0.0
         };
         let hidden = AT_ENDS * area * stray;
-        // where the rules see nothing at all, the directions drawn say where to look
-        let axis = if hidden > along_x + along_y {
+        let axis = if hidden.max(missed) > along_x + along_y {
             other
-        } else if along_x + along_y > 0.0 || drawn.is_empty() {
-            usize::from(along_y > along_x)
         } else {
-            let spread = [0, 1].map(|axis| {
-                let mean = drawn.iter().map(|at| at[axis]).sum::<f64>() / drawn.len() as f64;
-                let deviation = drawn.iter().map(|at| (at[axis] - mean).abs()).sum::<f64>() / drawn.len() as f64;
-                deviation / half[axis]
-            });
-            usize::from(spread[1] < spread[0])
+            usize::from(along_y > along_x)
         };
         Self {
             over,
@@ -342,18 +424,24 @@ const AT_ENDS: f64 = 0.01;
 mod tests {
     use super::*;
     use crate::bxdf::cosine_hemisphere;
+    use crate::geometry::Polar;
 
     #[test]
     fn directions_and_coordinates_are_inverse() {
-        let chart = Chart {
-            below: false,
-            centre: [1e-4, 3.0],
-            scale: [1e-7, 0.2],
-        };
-        for (theta, phi) in [(1e-9, 0.3), (1.0001e-4, -3.0), (1.5, 2.9)] {
-            let w = Polar::from_angle(theta).direction(phi);
-            let back = chart.direction(chart.at(w)).0;
-            assert!((back - w).length() < 1e-14, "{theta}"); // some roundings of angles near pi
+        for axis in [Axis::X, Axis::Y, Axis::Z] {
+            let chart = Chart {
+                below: true,
+                axis,
+                centre: [1e-4, 1.0],
+                scale: [1e-7, 0.2],
+            };
+            for (theta, phi) in [(1e-9, 0.3), (1.0001e-4, -3.0), (1.5, 2.9)] {
+                let w = -Polar::from_angle(theta).direction(phi);
+                let back = chart.direction(chart.at(w)).0;
+                assert!((back - w).length() < 1e-14, "{axis:?} {theta}"); // some roundings of angles near pi
+            }
+            let Rectangle { low, high } = chart.domain();
+            assert!(chart.direction(low).0.z <= 0.0 && chart.direction(high).0.z <= 0.0);
         }
     }
 
@@ -381,8 +469,7 @@ mod tests {
                 .filter(|w| w.z > 0.0)
                 .collect();
             let chart = Chart::around(false, &drawn);
-            let coordinates: Vec<[f64; 2]> = drawn.iter().map(|w| chart.at(*w)).collect();
-            let mass = chart.integrate(chart.domain(), (&coordinates, 1.0 / 4000.0), |_| 1e-6, density);
+            let mass = chart.integrate(chart.domain(), (&drawn, 1.0 / 4000.0), |_| 1e-6, 4000, density);
             assert!(mass.error <= 1e-6, "{width}: {mass:?}");
             if width < 0.1 {
                 // the plane bends away by the squared width

@@ -4,7 +4,7 @@
 //! The densities themselves are integrated, over charts that resolve lobes down to 1e-8 radians around the normal and ridges
 //! as narrow along the tangents; nothing of the sampling code is used.
 
-use super::chart::{Chart, Mass, Rectangle};
+use super::chart::{Axis, Chart, Mass, Rectangle};
 use super::sampling::COSINES;
 use super::{Density, Outcome, Place, Statistic, Test, VisibleDensity};
 use crate::geometry::Polar;
@@ -26,6 +26,9 @@ const ROUNDING: f64 = 2e-9;
 /// Azimuth of wo, one that no axis prefers.
 const OBLIQUE: f64 = 0.7;
 
+/// Most panels of a part of an octant; a density that is not known by then is far from smooth, and its error says so.
+const MOST_PANELS: usize = 4000;
+
 /// Parts of an octant along theta, four for each of two along phi.
 const PARTS: usize = 8;
 
@@ -37,6 +40,7 @@ fn integrate(density: impl Fn(DVec3) -> f64 + Sync, tolerance: f64) -> Mass {
         let (axis, side) = (octant / 2, octant % 2);
         let chart = Chart {
             below: false,
+            axis: Axis::Z,
             centre: [0.0, f64::from(axis) * FRAC_PI_2],
             scale: [FINEST, FINEST],
         };
@@ -61,7 +65,7 @@ fn integrate(density: impl Fn(DVec3) -> f64 + Sync, tolerance: f64) -> Mass {
     let share = tolerance / parts.len() as f64;
     let masses: Vec<Mass> = parts
         .par_iter()
-        .map(|(chart, part)| chart.integrate(*part, (&[], 0.0), |_| share, &density))
+        .map(|(chart, part)| chart.integrate(*part, (&[], 0.0), |_| share, MOST_PANELS, &density))
         .collect();
     masses.into_iter().fold(Mass::default(), Mass::plus)
 }

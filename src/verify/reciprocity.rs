@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 /// Relative difference that is put down to the arithmetic of a model.
 const ROUNDING: f64 = 1e-9;
 
-/// How far directions are moved to see what their own rounding does, in radians: a few units in the last place.
+/// How far directions are moved to see what their own rounding does: a few units in the last place.
 const NUDGE: f64 = 1e-15;
 
 /// Multiple of the change by [`NUDGE`] that is allowed: a half vector takes some ten roundings.
@@ -23,11 +23,12 @@ const LEAST: f64 = 1e-200;
 
 /// The share of a difference that rounding of directions explains: `allowed` relative to the values compared.
 pub(super) fn allowed(value: DVec3, moved: impl Fn(DVec3) -> DVec3, w: DVec3) -> f64 {
-    let (s, t) = w.any_orthonormal_pair();
     let mut most: f64 = 0.0;
-    for tangent in [s, t, -s, -t] {
-        let other = moved((w + NUDGE * tangent).normalize());
-        most = most.max(difference(value, other));
+    // rounding changes the length too, and a half vector is a small difference at grazing angles
+    for axis in DVec3::AXES {
+        for side in [-NUDGE, NUDGE] {
+            most = most.max(difference(value, moved(w + side * axis)));
+        }
     }
     ROUNDING + NUDGES * most
 }
