@@ -465,6 +465,44 @@ fn wrong_samplers_are_rejected() {
     assert!(found(&loses).contains(&Test::Directions));
 }
 
+/// The narrowest legal lobes are resolved like any other: a sampler that is 10 % too wide is rejected.
+#[test]
+fn wrong_widths_of_narrow_lobes_are_rejected() {
+    let settings = Settings {
+        samples: 1 << 16,
+        ..Settings::thorough(10)
+    };
+    for (right, wide) in [
+        (vmf(1e12), vmf(0.8e12)),
+        (beckmann(1e-6), beckmann(1.1e-6)),
+        (phong(1e8), phong(0.8e8)),
+        (ggx(1e-6), ggx(1.1e-6)),
+    ] {
+        let (lobe, wide) = (grooves(right, methanol()), grooves(wide, methanol()));
+        let sample = |right: &Microfacet, wo, u| {
+            let draw = wide.sample_f(wo, u);
+            let pdf = right.pdf(wo, draw.wi);
+            let weight = right.f(wo, draw.wi) * (draw.wi.z.abs() / pdf);
+            let lost = draw.flags.is_empty();
+            BxdfSample {
+                pdf: if lost { 0.0 } else { pdf },
+                weight: if lost { DVec3::ZERO } else { weight },
+                ..draw
+            }
+        };
+        let wrong = Altered {
+            sample: &sample,
+            ..Altered::of(&lobe)
+        };
+        let run = |bxdf: &dyn Bxdf| {
+            let outcomes = sampling::sampling(bxdf, None, true, &settings, Source::new(10, "narrow"));
+            failing(&judged(outcomes.to_vec()))
+        };
+        assert_eq!(run(&lobe), [], "{right:?}");
+        assert!(run(&wrong).contains(&Test::Directions), "{right:?}");
+    }
+}
+
 /// Exchanged axes are seen in anisotropic lobes, and sine for cosine in any lobe that leans over.
 #[test]
 fn swapped_axes_are_rejected() {
@@ -837,6 +875,19 @@ fn known_departures_are_findings() {
     let statistic = difference.unwrap().0.outcome.statistic.clone().unwrap();
     // within 2.4e-3 for aluminium
     assert!((2.0e-3..2.4e-3).contains(&statistic.value), "{statistic}");
+    // a coupling over it cannot be evaluated, which is said and takes no time
+    let text = "[[material]]\nname = \"c\"\n[material.bxdf]\ntype = \"diffuse-specular\"\nks = 1\nkd = 1\n\
+                specular = { type = \"microfacet\", distribution = { type = \"beckmann\", m = 10 }, masking = \"none\", \
+                fresnel = { type = \"none\" } }\n";
+    let over = run(&Scene::parse(text, "test").unwrap());
+    assert!(over.is_good(false), "{over:#?}");
+    let skipped = over.results.iter().filter(|(_, verdict)| *verdict == Verdict::Skipped);
+    for (check, _) in skipped {
+        let Evidence::Skipped(reason) = &check.outcome.evidence else {
+            panic!("{check:?}")
+        };
+        assert!(reason.contains("masking"), "{reason}");
+    }
     // a gain of a masked model is nobody's property
     let lobe = grooves(vmf(17.0), Fresnel::None);
     let gain = Wrong {

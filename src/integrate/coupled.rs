@@ -19,6 +19,8 @@ pub fn coupled_bxdf<S: Bxdf>(parameters: &DiffuseSpecular, specular: S) -> Resul
         Model::Microfacet(microfacet) => microfacet.distribution.width(),
         Model::Lambertian(_) | Model::DiffuseSpecular(_) => 1.0,
     };
+    // a curve would follow 1/mu for ever: ask at the limit first
+    quadrature(lobe, Target::rho_hd(0.0, 0.0), CURVE_TOLERANCE)?;
     let rho_hd = Curve::fit(CURVE_TOLERANCE, layer, &mut |mu| {
         let rho = quadrature(lobe, Target::rho_hd(mu, 0.0), 0.1 * CURVE_TOLERANCE)?;
         Ok::<_, IntegrateError>(Bounded {

@@ -53,7 +53,7 @@ pub fn energy(stated: &Stated<'_>, isotropic: bool) -> Outcome {
     let place = Place::direction(Polar::from_cos(top.mu).direction(top.phi));
     let excess = (top.value > 1.0).then(|| {
         let from = beginning(&mus, top, &least);
-        format!("exceeds 1 beyond {from:.2} deg, by {} at most", amount(value - 1.0))
+        format!("exceeds 1 beyond {from:.4} deg, by {} at most", amount(value - 1.0))
     });
     Outcome::certain(Test::Energy, Statistic::new("max rho", value), top.value <= 1.0)
         .at(place)
