@@ -10,6 +10,8 @@
 //! | table | [`table`] | texels | a lookup, its error at and between texels, its range |
 //! | export | [`export`] | tables | OpenEXR files and a manifest |
 //!
+//! [`verify`] stands beside them, above [`integrate`]: it tests models and tables, and nothing below imports it.
+//!
 //! Below them stand, importing nothing above: [`geometry`], [`spectrum`], [`parameter`], [`numerics`], [`measured`]; on those [`fresnel`],
 //! [`distribution`], [`masking`]; on those [`bxdf`]. Only [`integrate`] knows both a BxDF and a table.
 //!
@@ -74,6 +76,7 @@
 //! - [Smith 1967] B. Smith, *Geometrical shadowing of a random rough surface*, IEEE Transactions on Antennas and
 //!   Propagation 15.
 //! - [Todhunter 1886] I. Todhunter, *Spherical Trigonometry*, fifth edition.
+//! - [Stouffer et al. 1949] S. Stouffer et al., *The American Soldier*, volume 1, on adding up scores of tests.
 //! - [Steele et al. 2014] G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, OOPSLA.
 //! - [Walter et al. 2007] B. Walter, S. Marschner, H. Li, K. Torrance, *Microfacet models for refraction through rough
 //!   surfaces*, Eurographics Symposium on Rendering.
@@ -100,6 +103,7 @@
 //! [Sidak 1967]: #bibliography
 //! [Smith 1967]: #bibliography
 //! [Todhunter 1886]: #bibliography
+//! [Stouffer et al. 1949]: #bibliography
 //! [Steele et al. 2014]: #bibliography
 //! [Walter et al. 2007]: #bibliography
 //! [Walsh 1926]: #bibliography
@@ -119,3 +123,4 @@ pub mod plan;
 pub mod scene;
 pub mod spectrum;
 pub mod table;
+pub mod verify;

@@ -7,13 +7,15 @@
 mod cli;
 
 use clap::Parser;
+use cli::Outcome;
 use std::process::ExitCode;
 
 /// 0: good, 1: a verification failed, 2: usage, input or output.
 fn main() -> ExitCode {
     let arguments = cli::Arguments::parse();
     match cli::run(&arguments) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(Outcome::Good) => ExitCode::SUCCESS,
+        Ok(Outcome::Failed) => ExitCode::from(1),
         Err(failure) => {
             failure.tell();
             ExitCode::from(2)

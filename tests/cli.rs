@@ -767,3 +767,183 @@ fn inspect_and_bake_compare_with_the_manifest() {
     );
     assert!(good(here, &["inspect", "tables/grey.rho_hd.exr"]).contains("does not list this file"));
 }
+
+/// Exit code and both outputs of a verification that runs to its end.
+fn verified(directory: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let output = furnace(directory, &[&["verify"], arguments].concat());
+    let errors = text(&output.stderr);
+    assert!(
+        errors.lines().all(|line| line.starts_with("note: ")),
+        "{arguments:?}: {errors}"
+    );
+    (output.status.code(), text(&output.stdout))
+}
+
+/// Everything holds for right models; known departures are findings, and failures only when asked for.
+#[test]
+fn verify_tells_what_holds() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    write_scene(here, "right.toml", &scene(VMF, "v-groove", METHANOL));
+    write_scene(here, "unmasked.toml", &scene(VMF, "none", METHANOL));
+
+    let (code, out) = verified(here, &["right.toml"]);
+    assert_eq!(code, Some(0), "{out}");
+    for part in [
+        "lobe\n",
+        "energy",
+        "max rho = ",
+        "chi2 = ",
+        "visible normals",
+        "99.9 % of runs",
+        "0 failed, 0 findings",
+    ] {
+        assert!(out.contains(part), "{part} is not in\n{out}");
+    }
+    assert!(!out.contains("FAILS"), "{out}");
+
+    let (code, json) = verified(here, &["right.toml", "--json", "--seed", "5", "--confidence", "0.99"]);
+    assert_eq!(code, Some(0), "{json}");
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(
+        (&json["scene"], &json["seed"], &json["confidence"], &json["ok"]),
+        (&"a lobe".into(), &5.into(), &0.99.into(), &true.into())
+    );
+    let statistical = json["statistical"].as_f64().unwrap();
+    let level = json["level"].as_f64().unwrap();
+    assert!((level - (1.0 - 0.99f64.powf(1.0 / statistical))).abs() < 1e-12);
+    for result in json["results"].as_array().unwrap() {
+        assert_eq!(
+            (&result["material"], &result["verdict"]),
+            (&"lobe".into(), &"holds".into()),
+            "{result}"
+        );
+        assert!(
+            result["statistic"]["value"].is_number() && result["statistic"]["name"].is_string(),
+            "{result}"
+        );
+        assert!(
+            result["p_value"].is_null() || result["p_value"].as_f64().unwrap() >= level,
+            "{result}"
+        );
+    }
+
+    let (code, out) = verified(here, &["unmasked.toml"]);
+    assert_eq!(code, Some(0), "{out}");
+    for part in [
+        "finding",
+        "max rho = unbounded",
+        "theta 90",
+        "exceeds 1 beyond",
+        "skipped",
+        "1 finding,",
+    ] {
+        assert!(out.contains(part), "{part} is not in\n{out}");
+    }
+    assert_eq!(verified(here, &["unmasked.toml", "--strict"]).0, Some(1));
+    let (_, json) = verified(here, &["unmasked.toml", "--strict", "--json"]);
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(
+        (&json["ok"], &json["failed"], &json["findings"]),
+        (&false.into(), &0.into(), &1.into())
+    );
+    assert!(json["results"][0]["statistic"]["value"].is_null());
+}
+
+/// The same report for the same seed, on any number of threads.
+#[test]
+fn verify_repeats_itself() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    write_scene(here, "right.toml", &scene(VMF, "v-groove", METHANOL));
+    let run = |arguments: &[&str]| verified(here, &[&["right.toml", "--json"], arguments].concat());
+    let first = run(&["--threads", "1"]);
+    assert_eq!(first, run(&["--threads", "3"]));
+    assert_ne!(first, run(&["--seed", "1"]));
+}
+
+#[test]
+fn verify_refuses_what_makes_no_sense() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    for (arguments, part) in [
+        (&["verify", "--confidence", "0.5"][..], "between 0.5 and 1"),
+        (&["verify", "--confidence", "1"], "between 0.5 and 1"),
+        (&["verify", "--confidence", "nan"], "confidence"),
+        (&["verify", "--confidence=-1"], "confidence lies in"),
+        (&["verify", "--material", "unobtainium"], "no material `unobtainium`"),
+        (&["verify", "missing.toml"], "missing.toml"),
+        (&["verify", "--tables", "missing"], "missing/manifest.json"),
+        (&["verify", "--threads", "0"], "1 to 1024"),
+    ] {
+        let errors = refused(here, arguments);
+        assert!(errors.contains(part), "{arguments:?}: {errors}");
+    }
+    fs::create_dir(here.join("damaged")).unwrap();
+    fs::write(here.join("damaged/manifest.json"), "{ \"format\": 1,").unwrap();
+    let errors = refused(here, &["verify", "--tables", "damaged"]);
+    assert!(errors.contains("damaged/manifest.json"), "{errors}");
+}
+
+/// Tables are tested against the scene, the manifest and fresh integrals; damage is a failed check that names the file.
+#[test]
+fn verify_tests_tables() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    write_scene(here, "right.toml", &scene(VMF, "v-groove", METHANOL));
+    write_scene(
+        here,
+        "other.toml",
+        &scene("{ type = \"vmf\", kappa = 18.0 }", "v-groove", METHANOL),
+    );
+    good(here, &[&["bake", "right.toml", "--out", "tables"], &SMALL[..]].concat());
+    let run = |scene: &str| verified(here, &[scene, "--tables", "tables"]);
+
+    let (code, out) = run("right.toml");
+    assert_eq!(code, Some(0), "{out}");
+    for part in [
+        "table lobe.rho_hd\n",
+        "table lobe.rho_hh\n",
+        "contents",
+        "texels, sampled",
+        "lookup",
+    ] {
+        assert!(out.contains(part), "{part} is not in\n{out}");
+    }
+    // another scene
+    let (code, out) = run("other.toml");
+    assert_eq!(code, Some(1), "{out}");
+    assert!(out.contains("kappa is 17, the scene says 18"), "{out}");
+
+    // cut short, gone, and not listed
+    let path = here.join("tables/lobe.rho_hd.exr");
+    let bytes = fs::read(&path).unwrap();
+    fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let (code, out) = run("right.toml");
+    assert_eq!(code, Some(1), "{out}");
+    assert!(out.contains("lobe.rho_hd.exr") && out.contains("FAILS"), "{out}");
+    fs::remove_file(&path).unwrap();
+    assert_eq!(run("right.toml").0, Some(1));
+    fs::write(&path, &bytes).unwrap();
+    assert_eq!(run("right.toml").0, Some(0));
+    let manifest = here.join("tables/manifest.json");
+    let mut json: Value = serde_json::from_slice(&fs::read(&manifest).unwrap()).unwrap();
+    let tables = json["tables"].as_array_mut().unwrap();
+    tables[0]["sha256"] = "0".repeat(64).into();
+    tables.pop();
+    fs::write(&manifest, json.to_string()).unwrap();
+    let (code, out) = run("right.toml");
+    assert_eq!(code, Some(1), "{out}");
+    for part in [
+        "its content hash differs from the manifest",
+        "the manifest does not list it",
+    ] {
+        assert!(out.contains(part), "{part} is not in\n{out}");
+    }
+    // a name that leads out of the directory is not followed
+    json["tables"][0]["file"] = "../right.toml".into();
+    fs::write(&manifest, json.to_string()).unwrap();
+    let (code, out) = run("right.toml");
+    assert_eq!(code, Some(1), "{out}");
+    assert!(out.contains("no name of a file beside the manifest"), "{out}");
+}

@@ -106,6 +106,18 @@ impl Model {
         )
     }
 
+    /// The same model with importance transport, in which energy is accounted: radiance is scaled by refraction.
+    pub fn accounted(&self) -> Self {
+        match self {
+            Self::SpecularTransmission(window) => Self::SpecularTransmission(window.accounted()),
+            Self::FresnelSpecular(glass) => Self::FresnelSpecular(glass.accounted()),
+            Self::BrdfToBtdf(mirrored) => Self::BrdfToBtdf(Box::new(BrdfToBtdf::new(mirrored.bxdf().accounted()))),
+            Self::Scaled(scaled) => Self::Scaled(Box::new(scaled.with(scaled.bxdf().accounted()))),
+            Self::Sum(sum) => Self::Sum(Sum::new(sum.parts().iter().map(Self::accounted).collect())),
+            other => other.clone(),
+        }
+    }
+
     /// Whether rho_hd depends on the azimuth. It is then the same at phi, -phi and pi - phi.
     pub fn is_anisotropic(&self) -> bool {
         match self {

@@ -87,17 +87,22 @@ pub(super) fn seconds(seconds: f64) -> String {
     }
 }
 
-/// A progress bar on standard error, when that is a terminal.
+/// A progress bar of integrals on standard error, when that is a terminal.
 pub(super) fn progress(length: u64, what: &'static str) -> ProgressBar {
+    progress_of(length, what, "integrals")
+}
+
+/// A progress bar of anything else.
+pub(super) fn progress_of(length: u64, what: &'static str, units: &str) -> ProgressBar {
     let target = if stderr().is_terminal() {
         ProgressDrawTarget::stderr()
     } else {
         ProgressDrawTarget::hidden()
     };
     let bar = ProgressBar::with_draw_target(Some(length), target).with_message(what);
-    let style = ProgressStyle::with_template(
-        "{msg} [{bar:32}] {human_pos}/{human_len} integrals, {elapsed} so far, {eta} left",
-    );
+    let style = ProgressStyle::with_template(&format!(
+        "{{msg}} [{{bar:32}}] {{human_pos}}/{{human_len}} {units}, {{elapsed}} so far, {{eta}} left"
+    ));
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     // a single integral may take minutes: the clock shows that it runs
     bar.enable_steady_tick(Duration::from_millis(200));

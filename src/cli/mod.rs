@@ -6,15 +6,16 @@ mod inspect;
 mod number;
 mod plan;
 mod rho;
+mod verify;
 
 use clap::{Args, Parser, Subcommand};
 use std::error::Error;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use whitefurnace::bxdf::Model;
 use whitefurnace::estimate::{Effort, Estimator, default_tolerance};
 use whitefurnace::plan::Request;
-use whitefurnace::scene::Scene;
+use whitefurnace::scene::{Material, Scene};
 use whitefurnace::table::axis::Mapping;
 
 const TEACH: &str = "\
@@ -22,6 +23,7 @@ Examples:
   furnace bake                              the built-in scene, into outputs/
   furnace plan scene.toml                   what a bake would compute, and what it would cost
   furnace rho --theta-deg 0,60,85           directional albedo at three angles
+  furnace verify --tables outputs/default   whether models and tables keep their promises
   furnace inspect outputs/default/FILE.exr  what a table holds
 
 rho_hd is the share of light from one direction that a material reflects into all others; rho_hh is its mean.
@@ -45,6 +47,8 @@ enum Command {
     Plan(plan::PlanCommand),
     /// Print rho_hd at given directions, and rho_hh.
     Rho(rho::Rho),
+    /// Test energy conservation, reciprocity, sampling, normalisation, and baked tables.
+    Verify(verify::Verify),
     /// Say what a table holds, how it was made, its range and its error.
     Inspect(inspect::Inspect),
 }
@@ -127,22 +131,60 @@ impl fmt::Display for Failure {
     }
 }
 
+/// What a command that ran to its end has to say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// All is well.
+    Good,
+    /// A verification failed.
+    Failed,
+}
+
 /// Runs the command.
-pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     match &arguments.command {
-        Command::Bake(bake) => bake.run(),
-        Command::Plan(plan) => plan.run(),
-        Command::Rho(rho) => rho.run(),
-        Command::Inspect(inspect) => inspect.run(),
+        Command::Bake(bake) => bake.run()?,
+        Command::Plan(plan) => plan.run()?,
+        Command::Rho(rho) => rho.run()?,
+        Command::Verify(verify) => return verify.run(),
+        Command::Inspect(inspect) => inspect.run()?,
     }
+    Ok(Outcome::Good)
+}
+
+/// The scene in the file at `path`, or the built-in one.
+fn load(path: Option<&Path>) -> Result<Scene, Failure> {
+    Ok(match path {
+        Some(path) => Scene::load(path)?,
+        None => Scene::default_scene(),
+    })
+}
+
+/// The materials called `names`, or all when there are none.
+fn select<'a>(materials: &'a [Material], names: &[String]) -> Result<Vec<&'a Material>, Failure> {
+    if names.is_empty() {
+        return Ok(materials.iter().collect());
+    }
+    let find = |name: &String| {
+        materials.iter().find(|material| material.name == *name).ok_or_else(|| {
+            let known: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
+            format!("the scene has no material `{name}`; it has {}", known.join(", "))
+        })
+    };
+    Ok(names.iter().map(find).collect::<Result<_, String>>()?)
+}
+
+/// Runs `work` on the given number of threads, or as many as there are cores.
+fn in_pool<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T, Failure> + Send) -> Result<T, Failure> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .build()?
+        .install(work)
 }
 
 impl Common {
     fn load(&self) -> Result<Scene, Failure> {
-        Ok(match &self.scene {
-            Some(path) => Scene::load(path)?,
-            None => Scene::default_scene(),
-        })
+        load(self.scene.as_deref())
     }
 
     /// Deterministic estimators draw no samples; who fixes their number gets told.
@@ -177,10 +219,6 @@ impl Common {
 
     /// Runs `work` on the number of threads asked for.
     fn in_pool<T: Send>(&self, work: impl FnOnce() -> Result<T, Failure> + Send) -> Result<T, Failure> {
-        let threads = self.threads.unwrap_or(0);
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()?
-            .install(work)
+        in_pool(self.threads, work)
     }
 }

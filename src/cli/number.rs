@@ -6,6 +6,7 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 use whitefurnace::parameter::{Legal, MU};
 use whitefurnace::table::axis::{MAX_SIZE, Mapping};
+use whitefurnace::verify::CONFIDENCE;
 
 const TOLERANCE: Legal = Legal::new("tolerance", 1e-12, 0.5);
 const THETA: Legal = Legal::new("theta", 0.0, 90.0);
@@ -24,6 +25,17 @@ fn number(text: &str, legal: Legal) -> Result<f64, String> {
 
 pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     number(text, TOLERANCE)
+}
+
+/// Strictly between the ends of the range.
+pub(super) fn confidence(text: &str) -> Result<f64, String> {
+    match number(text, CONFIDENCE) {
+        Ok(value) if value > CONFIDENCE.min && value < CONFIDENCE.max => Ok(value),
+        Ok(value) => Err(format!(
+            "confidence = {value} is not allowed: confidence lies between 0.5 and 1, ends excluded"
+        )),
+        Err(error) => Err(error),
+    }
 }
 
 pub(super) fn mu(text: &str) -> Result<f64, String> {

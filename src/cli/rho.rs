@@ -1,6 +1,6 @@
 //! `furnace rho`
 
-use super::{Common, Failure, format, number};
+use super::{Common, Failure, format, number, select};
 use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
@@ -69,7 +69,7 @@ const DEFAULT_ANGLES: [f64; 7] = [0.0, 30.0, 45.0, 60.0, 75.0, 85.0, 90.0];
 impl Rho {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let scene = self.common.load()?;
-        let materials = self.select(&scene.materials)?;
+        let materials = select(&scene.materials, &self.material)?;
         let directions = self.directions();
         let hh = self.hh || self.default_angles();
         let mut cases = Vec::new();
@@ -100,19 +100,6 @@ impl Rho {
             report(&rows);
         }
         Ok(())
-    }
-
-    fn select<'a>(&self, materials: &'a [Material]) -> Result<Vec<&'a Material>, Failure> {
-        if self.material.is_empty() {
-            return Ok(materials.iter().collect());
-        }
-        let find = |name: &String| {
-            materials.iter().find(|material| material.name == *name).ok_or_else(|| {
-                let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
-                format!("the scene has no material `{name}`; it has {}", names.join(", "))
-            })
-        };
-        Ok(self.material.iter().map(find).collect::<Result<_, String>>()?)
     }
 
     /// Whether the command line asks for nothing in particular.

@@ -18,6 +18,8 @@ const SURFACE_TOLERANCE: f64 = 1e-6;
 /// [`IntegrateError`] when the specular albedo cannot be computed, for a lobe that diverges at grazing angles above all.
 pub fn coupled_bxdf<S: Bxdf>(parameters: &DiffuseSpecular, specular: S) -> Result<CoupledBxdf<S>, IntegrateError> {
     let lobe = parameters.specular();
+    // a curve would follow 1/mu for ever: ask at the limit first
+    quadrature(lobe, Target::rho_hd(0.0, 0.0), CURVE_TOLERANCE)?;
     let rho = |mu: f64, phi: f64, tolerance: f64| {
         let rho = quadrature(lobe, Target::rho_hd(mu, phi), 0.1 * tolerance)?;
         Ok::<_, IntegrateError>(Bounded {

@@ -61,6 +61,11 @@ impl Moments {
         self.m2 / (self.count.max(2) - 1) as f64
     }
 
+    /// Largest absolute value, seen or expected.
+    pub fn largest(&self) -> DVec3 {
+        self.largest
+    }
+
     /// How many equal values would spread as much: (sum w)^2/(sum w^2), the least of all channels that are not 0.
     ///
     /// A lobe's tail contributes to every sample and says nothing; this counts the samples that carry the mean.

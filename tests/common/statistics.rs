@@ -1,13 +1,14 @@
 //! Tests of hypotheses. A significance is fixed before any number is looked at and shared by the whole family of tests.
 
 use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF, Normal};
+use whitefurnace::verify::statistics;
 
 /// Probability that any test of a family fails although everything is right.
 pub(crate) const SIGNIFICANCE: f64 = 1e-3;
 
 /// The level of each of `tests` independent tests, so that all pass with probability 1 - [`SIGNIFICANCE`] [Sidak 1967].
 pub(crate) fn sidak(tests: usize) -> f64 {
-    -((-SIGNIFICANCE).ln_1p() / tests as f64).exp_m1()
+    statistics::sidak(SIGNIFICANCE, tests)
 }
 
 /// Probability of a sum of squares at least as far out as that of `z`, on either side, if all are standard normal.
@@ -51,24 +52,5 @@ pub(crate) fn coverage_p(covered: u64, cells: u64, confidence: f64) -> f64 {
 
 /// Probability of counts at least as far from the expected ones, by Pearson's chi-squared; bins of fewer than 5 are pooled.
 pub(crate) fn counts_p(counts: &[u64], expected: &[f64]) -> f64 {
-    let (mut sum, mut bins) = (0.0, 0);
-    let (mut pooled_count, mut pooled_expected) = (0.0, 0.0);
-    let mut add = |count: f64, expected: f64| {
-        sum += (count - expected).powi(2) / expected;
-        bins += 1;
-    };
-    for (count, expected) in counts.iter().zip(expected) {
-        if *expected >= 5.0 {
-            add(*count as f64, *expected);
-        } else {
-            pooled_count += *count as f64;
-            pooled_expected += expected;
-        }
-    }
-    if pooled_expected >= 5.0 {
-        add(pooled_count, pooled_expected);
-    } else if pooled_count > 40.0 {
-        return 0.0; // far more than 5 where fewer are expected
-    }
-    ChiSquared::new(f64::from(bins - 1)).unwrap().sf(sum)
+    statistics::chi_squared(counts, expected, &vec![0.0; counts.len()]).p
 }

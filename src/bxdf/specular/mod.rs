@@ -76,6 +76,14 @@ impl Interface {
         })
     }
 
+    /// The same with importance transport.
+    fn accounted(self) -> Self {
+        Self {
+            transport: Transport::Importance,
+            ..self
+        }
+    }
+
     /// Index of the far side over that of the side of `wo`, in [1e-4, 1e4].
     fn relative_eta(&self, wo: DVec3) -> f64 {
         if wo.z < 0.0 {

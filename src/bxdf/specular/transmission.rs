@@ -33,6 +33,14 @@ impl SpecularTransmission {
         self.transmittance
     }
 
+    /// The same with importance transport.
+    pub fn accounted(&self) -> Self {
+        Self {
+            interface: self.interface.accounted(),
+            ..*self
+        }
+    }
+
     /// Index of refraction above the surface.
     pub fn eta_a(&self) -> f64 {
         self.interface.eta_a
