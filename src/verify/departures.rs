@@ -21,7 +21,7 @@ const fn tested(reason: &'static str) -> Departure {
     }
 }
 
-/// All known departures. See the list of errata in the documentation of each model.
+/// All known departures.
 const KNOWN: [Known; 6] = [
     (
         "masking",
