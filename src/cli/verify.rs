@@ -70,18 +70,14 @@ impl Verify {
     }
 
     fn checks(&self, scene: &Scene, materials: &[&Material], settings: &Settings) -> Result<Vec<Check>, Failure> {
-        // a directory that is none is found before the work, not after it
-        let tables = self
-            .tables
-            .as_ref()
-            .map(|directory| (directory, materials.len() as u64));
-        let steps = materials.len() as u64 + u64::from(tables.is_some());
+        let steps = materials.len() as u64 + u64::from(self.tables.is_some());
         let bar = format::progress_of(steps, "verifying", "steps");
+        // first, so that a directory that is none is found before the work and not after it
         let of_tables = match &self.tables {
             None => Vec::new(),
             Some(directory) => verify_tables(scene, materials, directory, settings)?,
         };
-        bar.inc(u64::from(tables.is_some()));
+        bar.inc(u64::from(self.tables.is_some()));
         let of_materials: Vec<Vec<Check>> = materials
             .par_iter()
             .map(|material| {

@@ -10,7 +10,7 @@ use crate::numerics::surface::Surface;
 const CURVE_TOLERANCE: f64 = 1e-7;
 
 /// The same with an azimuth, which takes a curve for each of its nodes.
-const SURFACE_TOLERANCE: f64 = 1e-6;
+const SURFACE_TOLERANCE: f64 = 1e-5;
 
 /// The coupled BRDF of `parameters`, whose specular lobe as a [`Bxdf`] is `specular`.
 ///

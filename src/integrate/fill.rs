@@ -1,11 +1,12 @@
 //! Tables from plans: every texel integrated, and of several axes the one kept whose lookup errs least.
 
 use super::between::{between, places};
-use super::{Effort, Estimate, Estimator, IntegrateError, Integrator, Target};
+use super::coordinates::Coordinates;
+use super::{Effort, Estimate, Estimator, IntegrateError, Integrator};
 use crate::bxdf::{Model, ModelError};
 use crate::plan::TablePlan;
-use crate::table::axis::{AZIMUTH, Axis, MU};
-use crate::table::{ErrorKind, Quantity, Table, TableError};
+use crate::table::axis::Axis;
+use crate::table::{ErrorKind, Table, TableError};
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -162,11 +163,7 @@ pub(super) fn integrals(
                 .par_iter()
                 .enumerate()
                 .map(|(i, place)| {
-                    let target = match plan.quantity {
-                        Quantity::RhoHd => along.direction(place),
-                        Quantity::RhoHh => Target::rho_hh(),
-                    };
-                    let target = target.of(plan.lobe);
+                    let target = along.target(plan.quantity, place).of(plan.lobe);
                     let cell = first_cell.wrapping_add(start + i as u64);
                     let estimate = integrator.estimate(target, cell).map_err(failed(place));
                     progress(1);
@@ -181,35 +178,6 @@ pub(super) fn integrals(
         results.into_iter().flat_map(|(estimates, _)| estimates).collect(),
         shared,
     ))
-}
-
-/// Which axis of a table is which coordinate.
-struct Coordinates {
-    mu: Option<usize>,
-    phi: Option<usize>,
-    roughness: Option<usize>,
-}
-
-impl Coordinates {
-    fn new(axes: &[Axis]) -> Self {
-        let find = |name: &str| axes.iter().position(|axis| axis.parameter == name);
-        Self {
-            mu: find(MU),
-            phi: find(AZIMUTH),
-            roughness: axes
-                .iter()
-                .position(|axis| axis.parameter != MU && axis.parameter != AZIMUTH),
-        }
-    }
-
-    fn direction(&self, place: &[f64]) -> Target {
-        let at = |index: Option<usize>| index.map_or(0.0, |index| place[index]);
-        Target::rho_hd(at(self.mu), at(self.phi))
-    }
-
-    fn roughness(&self, place: &[f64]) -> Option<f64> {
-        self.roughness.map(|index| place[index])
-    }
 }
 
 pub(super) fn model_at(plan: &TablePlan, roughness: Option<f64>) -> Result<Model, FillError> {

@@ -4,6 +4,7 @@
 //! and in [`monte_carlo`] form; [`Integrator`] chooses between them.
 
 mod between;
+mod coordinates;
 mod coupled;
 pub mod deterministic;
 mod facets;
@@ -21,6 +22,7 @@ mod sampled;
 mod segment;
 mod target;
 
+pub use coordinates::Coordinates;
 pub use coupled::coupled_bxdf;
 pub use fill::{FillError, Progress, fill, work};
 pub use integrator::Integrator;

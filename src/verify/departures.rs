@@ -23,7 +23,7 @@ const fn tested(reason: &'static str) -> Departure {
 
 const MEASURED: &str = "measured data is taken as it is, and reaches to the horizon by extrapolation";
 
-/// All known departures. See the list of errata in the documentation of each model.
+/// All known departures.
 const KNOWN: [Known; 12] = [
     (
         "masking",

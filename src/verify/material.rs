@@ -149,20 +149,23 @@ fn verify_at(material: &Material, roughness: Option<f64>, name: String, settings
     let both = |mu: f64, phi: f64| both_sides(&integrator, &model, mu, phi);
     // an estimator that draws samples is no independent judge of samples
     let deterministic = !model.is_irregular() && both(0.5, 0.0).is_ok_and(|estimate| estimate.kind != ErrorKind::Ci99);
-    let energy_model = model.accounted();
-    let energy_bxdf = sampled(&energy_model);
-    let energy_integrator = Integrator::new(&energy_model, Estimator::Auto, effort);
-    let energy_both = |mu: f64, phi: f64| both_sides(&energy_integrator, &energy_model, mu, phi);
+    let accounted = Some(model.accounted()).filter(|accounted| *accounted != model);
+    let accounted_bxdf = accounted.as_ref().map(sampled);
+    let accounted_integrator = accounted
+        .as_ref()
+        .map(|model| Integrator::new(model, Estimator::Auto, effort));
+    let accounted_both = |mu: f64, phi: f64| match (&accounted_integrator, &accounted) {
+        (Some(integrator), Some(model)) => both_sides(integrator, model, mu, phi),
+        _ => both(mu, phi),
+    };
     match bxdf {
         Ok(bxdf) => {
             let subject = Subject {
                 name,
                 bxdf: bxdf.as_ref(),
                 stated: deterministic.then_some(&both as &Stated<'_>),
-                accounted: match &energy_bxdf {
-                    Ok(bxdf) if energy_model != model => {
-                        Some((bxdf.as_ref(), deterministic.then_some(&energy_both as &Stated<'_>)))
-                    }
+                accounted: match &accounted_bxdf {
+                    Some(Ok(bxdf)) => Some((bxdf.as_ref(), deterministic.then_some(&accounted_both as &Stated<'_>))),
                     _ => None,
                 },
                 facts,

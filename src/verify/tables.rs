@@ -12,11 +12,11 @@ use crate::estimate::{Effort, ErrorKind, Estimate, Estimator};
 use crate::export::manifest::{self, Manifest, TableEntry};
 use crate::export::read::{Contents, read_exr};
 use crate::export::{ExportError, FORMAT};
-use crate::integrate::{IntegrateError, Integrator, Target, sampled};
+use crate::integrate::{Coordinates, IntegrateError, Integrator, Target, sampled};
 use crate::plan::{Plan, Request, TablePlan};
 use crate::scene::{Material, Scene};
 use crate::table::axis::Axis;
-use crate::table::{Quantity, Table};
+use crate::table::Table;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::fs::File;
@@ -238,21 +238,10 @@ struct Integral {
 
 /// The integral at one value per axis.
 fn target(table: &Table, at: &[f64]) -> Integral {
-    let on = |wanted: bool| {
-        let found = table
-            .axes
-            .iter()
-            .zip(at)
-            .find(|(axis, _)| (axis.parameter == "mu") == wanted);
-        found.map(|(_, value)| *value)
-    };
-    let target = match table.quantity {
-        Quantity::RhoHd => Target::rho_hd(on(true).unwrap_or(1.0), 0.0),
-        Quantity::RhoHh => Target::rho_hh(),
-    };
+    let along = Coordinates::new(&table.axes);
     Integral {
-        target: target.of(table.lobe),
-        roughness: on(false),
+        target: along.target(table.quantity, at).of(table.lobe),
+        roughness: along.roughness(at),
     }
 }
 
