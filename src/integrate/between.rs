@@ -30,7 +30,7 @@ pub(super) fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -
             .iter()
             .fold(0.0, |a: f64, b| a.max(*b))
     };
-    let places = places(axes);
+    let places = places(plan, axes);
     let references = match integrals(plan, axes, &places, Estimator::Auto, effort, progress) {
         Ok((references, _)) => references,
         Err(FillError::Integral {
@@ -176,8 +176,15 @@ const CLIMB: usize = 8;
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 /// Places at which a lookup is compared, runs of equal roughness together.
-pub(super) fn places(axes: &[Axis]) -> Vec<Vec<f64>> {
+///
+/// Irregular samples are known to some per mille only, reach no thinner than their kernels, and cost a second a place.
+pub(super) fn places(plan: &TablePlan, axes: &[Axis]) -> Vec<Vec<f64>> {
+    let is_irregular = model_at(plan, None).is_ok_and(|model| model.is_irregular());
     match axes {
+        [only] if is_irregular => parts(only, PLACES_ON_SHEET)
+            .into_iter()
+            .map(|value| vec![value])
+            .collect(),
         [] => Vec::new(),
         [only] => line(only, PLACES_ON_LINE)
             .into_iter()
@@ -197,9 +204,20 @@ pub(super) fn places(axes: &[Axis]) -> Vec<Vec<f64>> {
 const PLACES_ON_LINE: usize = 6;
 const PLACES_ON_SHEET: usize = 2;
 
-/// `count` places, one in each of `count` equal parts, between neighbouring texels; both ends; and towards mu = 0 places at
-/// all scales, for boundary layers are as thin as lobes are narrow.
+/// [`parts`], and towards mu = 0 places at all scales, for boundary layers are as thin as lobes are narrow.
 fn line(axis: &Axis, count: usize) -> Vec<f64> {
+    let mut values = parts(axis, count);
+    if axis.parameter == MU {
+        // with texels at the ends the first one is mu = 0 itself
+        let first = axis.texel(0).max(axis.texel(1));
+        values.extend((0..LAYERS).map(|i| first * 10f64.powf(-7.0 * f64::from(i) / f64::from(LAYERS))));
+    }
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// `count` places, one in each of `count` equal parts, between neighbouring texels, and both ends.
+fn parts(axis: &Axis, count: usize) -> Vec<f64> {
     let mut jitter = Stream::new(StreamId {
         seed: 0,
         cell: axis.size as u64,
@@ -210,12 +228,6 @@ fn line(axis: &Axis, count: usize) -> Vec<f64> {
         .map(|i| axis.value((i as f64 + jitter.uniform()) / parts as f64))
         .collect();
     values.extend([axis.min, axis.max]);
-    if axis.parameter == MU {
-        // with texels at the ends the first one is mu = 0 itself
-        let first = axis.texel(0).max(axis.texel(1));
-        values.extend((0..LAYERS).map(|i| first * 10f64.powf(-7.0 * f64::from(i) / f64::from(LAYERS))));
-    }
-    values.sort_by(f64::total_cmp);
     values
 }
 

@@ -27,14 +27,17 @@ pub fn coupled_bxdf<S: Bxdf>(parameters: &DiffuseSpecular, specular: S) -> Resul
             error: rho.error,
         })
     };
-    let rho_hd = if lobe.is_anisotropic() {
-        Surface::anisotropic(SURFACE_TOLERANCE, lobe.width(), |mu, phi| {
-            rho(mu, phi, SURFACE_TOLERANCE)
-        })?
+    let (rho_hd, tolerance) = if lobe.is_anisotropic() {
+        let rho = |mu: f64, phi: f64| rho(mu, phi, SURFACE_TOLERANCE);
+        (
+            Surface::anisotropic(SURFACE_TOLERANCE, lobe.width(), rho)?,
+            SURFACE_TOLERANCE,
+        )
     } else {
-        Surface::isotropic(CURVE_TOLERANCE, lobe.width(), |mu| rho(mu, 0.0, CURVE_TOLERANCE))?
+        let rho = |mu: f64| rho(mu, 0.0, CURVE_TOLERANCE);
+        (Surface::isotropic(CURVE_TOLERANCE, lobe.width(), rho)?, CURVE_TOLERANCE)
     };
-    let unspent = unspent(parameters, CURVE_TOLERANCE)?.value;
+    let unspent = unspent(parameters, tolerance)?.value;
     Ok(CoupledBxdf::new(
         parameters.clone(),
         specular,

@@ -43,7 +43,7 @@ pub type Progress<'a> = &'a (dyn Fn(u64) + Sync);
 pub fn work(plan: &TablePlan) -> u64 {
     plan.alternatives
         .iter()
-        .map(|axes| plan.texels() as u64 + places(axes).len() as u64)
+        .map(|axes| plan.texels() as u64 + places(plan, axes).len() as u64)
         .sum()
 }
 

@@ -19,6 +19,8 @@ const PROBES: [f64; 4] = [0.02, 0.1, 0.4, 0.8];
 #[derive(Debug, Clone)]
 pub struct Surface {
     curves: Vec<Curve>,
+    /// cos 2 phi of each curve, and its weight in barycentric interpolation.
+    nodes: Vec<(f64, f64)>,
     error: f64,
 }
 
@@ -32,6 +34,7 @@ impl Surface {
         Ok(Self {
             error: curve.error(),
             curves: vec![curve],
+            nodes: vec![(0.0, 1.0)],
         })
     }
 
@@ -59,7 +62,13 @@ impl Surface {
         let worst = curves.iter().map(Curve::error).fold(0.0, f64::max);
         // interpolation through Chebyshev nodes magnifies errors of its values by at most 1 + (2/pi) ln(count)
         let magnified = worst * (1.0 + 2.0 / PI * (count as f64).ln());
+        // the weights of Chebyshev nodes are (-1)^k sin of the node's angle
+        let nodes = (0..count).map(|k| {
+            let (sin, cos) = (2.0 * node(k, count)).sin_cos();
+            (cos, if k % 2 == 0 { sin } else { -sin })
+        });
         Ok(Self {
+            nodes: nodes.collect(),
             curves,
             error: magnified + cut_off,
         })
@@ -74,16 +83,13 @@ impl Surface {
         let (x2, y2) = (w.x * w.x, w.y * w.y);
         // at the normal all azimuths are one
         let cos = if x2 + y2 > 0.0 { (x2 - y2) / (x2 + y2) } else { 1.0 };
-        // barycentric interpolation through the Chebyshev nodes, weights (-1)^k sin of the node's angle
-        let count = self.curves.len();
         let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
-        for (k, curve) in self.curves.iter().enumerate() {
-            let angle = 2.0 * node(k, count);
-            let distance = cos - angle.cos();
+        for (curve, (node, weight)) in self.curves.iter().zip(&self.nodes) {
+            let distance = cos - node;
             if distance == 0.0 {
                 return curve.at(mu);
             }
-            let weight = if k % 2 == 0 { angle.sin() } else { -angle.sin() } / distance;
+            let weight = weight / distance;
             sum += weight * curve.at(mu);
             weights += weight;
         }

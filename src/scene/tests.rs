@@ -32,6 +32,8 @@ fn the_default_scene_is_the_one_of_the_figure_and_more() {
             "aluminium-k1024",
             "beckmann-m0.2",
             "phong-n48",
+            "ggx-a0.3",
+            "ashikhmin-shirley-10-100",
             "vmf-any-roughness"
         ]
     );
@@ -44,8 +46,10 @@ fn the_default_scene_is_the_one_of_the_figure_and_more() {
     };
     assert_eq!(family(&scene.materials[4]), Some(Family::Beckmann));
     assert_eq!(family(&scene.materials[5]), Some(Family::Phong));
+    assert_eq!(family(&scene.materials[6]), Some(Family::Ggx));
+    assert_eq!(family(&scene.materials[7]), None);
     assert_eq!(
-        scene.materials[6].model.roughness_range(),
+        scene.materials[8].model.roughness_range(),
         Some((Family::Vmf, 1.0, 4096.0))
     );
     for material in &scene.materials {

@@ -110,7 +110,7 @@ pub fn loss(coupled: &DiffuseSpecular) -> Result<Loss, IntegrateError> {
     };
     let model = Model::DiffuseSpecular(Box::new(white));
     let effort = Effort {
-        tolerance: 1e-6,
+        tolerance: 1e-5,
         samples: None,
         seed: 0,
     };
