@@ -88,7 +88,7 @@ fn a_bake_writes_the_files_of_its_manifest_and_no_others() {
     let directory = tempfile::tempdir().unwrap();
     let out = good(directory.path(), &[&["bake"], &SMALL[..]].concat());
     for part in [
-        "default: 22 tables",
+        "default: 26 tables",
         "methanol-k17.specular.rho_hd",
         "texel error",
         "lookup error",
@@ -314,7 +314,7 @@ fn rho_prints_one_result_for_every_combination() {
     }
     // nothing asked for: seven angles and rho_hh of every material, both ends of a range
     let json = good_json(here, &["rho", "--json"]);
-    assert_eq!(json["results"].as_array().unwrap().len(), 8 * (6 + 2));
+    assert_eq!(json["results"].as_array().unwrap().len(), 8 * (8 + 2));
     // rho_hh alone
     let json = good_json(here, &["rho", "--json", "--hh", "--material", "phong-n48"]);
     assert_eq!(json["results"].as_array().unwrap().len(), 1);

@@ -318,13 +318,15 @@ fn bin(w: DVec3) -> usize {
 }
 
 /// Whether a bin is near -wo. Mirror images in facets that wo hardly sees go there, in vain, with a density like 1/(o.h)
-/// that no fixed rule integrates. Models that transmit may send them to the other side; from steep directions there are few.
+/// that no fixed rule integrates. Models that transmit may send them to the other side; those that also reflect send their
+/// lobe there, and few of these from steep directions.
 fn opposite(index: usize, wo: DVec3, flags: Flags) -> bool {
     let (side, i, j) = (index / SECTORS / RINGS, index / SECTORS % RINGS, index % SECTORS);
     let theta = FRAC_PI_2 * (i as f64 + 0.5) / RINGS as f64;
     let centre = Polar::from_angle(theta).direction(TAU * (j as f64 + 0.5) / SECTORS as f64);
     let centre = if side == 0 { centre } else { other_hemisphere(centre) };
-    let grazing = flags.contains(Flags::TRANSMISSION) && wo.z.abs() < 0.3;
+    let lobe_there = flags.contains(Flags::REFLECTION) && wo.z.abs() >= 0.3;
+    let grazing = flags.contains(Flags::TRANSMISSION) && !lobe_there;
     // within 0.85 radians; half the diagonal of a bin is 0.4
     centre.dot(-wo) > 0.66 || (grazing && centre.dot(other_hemisphere(-wo)) > 0.66)
 }

@@ -8,7 +8,7 @@ use whitefurnace::estimate::{Estimate, Estimator};
 use whitefurnace::export::read::{Contents, read_exr};
 use whitefurnace::export::{exr, write};
 use whitefurnace::integrate::deterministic::quadrature;
-use whitefurnace::integrate::{Target, fill};
+use whitefurnace::integrate::{Coordinates, Target, fill};
 use whitefurnace::numerics::stream::{Stream, StreamId};
 use whitefurnace::plan::{Plan, Request, TablePlan};
 use whitefurnace::scene::Scene;
@@ -69,22 +69,11 @@ fn cosines(count: u64) -> Vec<f64> {
     [0.0, 1.0].into_iter().chain((2..count).map(&mut random)).collect()
 }
 
-fn roughness_of(table: &Table, at: &[f64]) -> Option<f64> {
-    let axis = table.axes.iter().position(|axis| axis.parameter != "mu")?;
-    Some(at[axis])
-}
-
-fn integrand(table: &Table, at: &[f64]) -> Target {
-    match table.quantity {
-        Quantity::RhoHd => Target::rho_hd(at[0], 0.0),
-        Quantity::RhoHh => Target::rho_hh(),
-    }
-}
-
 /// The integral at `at`, afresh.
 fn truth(stored: &Stored, at: &[f64], tolerance: f64) -> Estimate {
-    let model = stored.plan.model.at(roughness_of(&stored.table, at)).unwrap();
-    quadrature(&model, integrand(&stored.table, at), tolerance).unwrap()
+    let along = Coordinates::new(&stored.table.axes);
+    let model = stored.plan.model.at(along.roughness(at)).unwrap();
+    quadrature(&model, along.target(stored.table.quantity, at), tolerance).unwrap()
 }
 
 /// Largest by which the difference of `found` and `estimate` exceeds what is stated, `stated` and the reference's error.
