@@ -2,7 +2,6 @@
 
 use super::fill::{FillError, Progress, integrals, model_at};
 use super::{Effort, Estimate, Estimator, IntegrateError};
-use crate::estimate::default_tolerance;
 use crate::numerics::stream::{Stream, StreamId};
 use crate::plan::TablePlan;
 use crate::table::axis::{Axis, MU};
@@ -12,15 +11,16 @@ use rayon::prelude::*;
 /// Compares a linear-filtered lookup of the stored table with the integral at many places between texels, and climbs from
 /// the worst of them to the local maximum.
 ///
-/// The reference is the best estimator at the tolerance of the texels or the model's own, whichever is smaller; its error is
-/// added, and the result is widened by [`MARGIN`].
+/// The reference is the best estimator at the tolerance of the texels or [`FINEST`], whichever is smaller; its error is added,
+/// and the result is widened by [`MARGIN`].
 pub(super) fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -> Result<Between, FillError> {
     let axes = &table.axes;
     let effort = Effort {
-        tolerance: plan
-            .effort
-            .tolerance
-            .min(model_at(plan, None).map_or(1e-6, |model| default_tolerance(&model))),
+        tolerance: match model_at(plan, None) {
+            // samples cost the square of what they gain
+            Ok(model) if model.is_irregular() => plan.effort.tolerance,
+            _ => plan.effort.tolerance.min(FINEST),
+        },
         samples: None,
         ..plan.effort
     };
@@ -98,6 +98,9 @@ pub(super) fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -
         },
     ))
 }
+
+/// Error of the references of coarse tables, so that they tell the table's error and not their own.
+const FINEST: f64 = 1e-6;
 
 /// What a search by places may have missed: with kinks only at texels, the maxima of the cells that were not climbed are
 /// known to a few per cent and those that were to the square of their last interval.
