@@ -99,9 +99,9 @@ pub struct Estimate {
 }
 
 /// Largest absolute error where nobody asks for another: what a rule integrates at a few hundred evaluations, and for
-/// irregular samples, whose f jumps, what some hundred thousand samples know.
+/// irregular samples, whose f jumps, what some ten thousand samples know.
 pub fn default_tolerance(model: &Model) -> f64 {
-    if model.is_irregular() { 5e-3 } else { 1e-6 }
+    if model.is_irregular() { 1e-2 } else { 1e-6 }
 }
 
 impl Estimate {

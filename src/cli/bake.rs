@@ -123,10 +123,13 @@ fn report(directory: &Path, plan: &Plan, baked: &[Baked], seconds: f64) {
     for baked in baked {
         if let Some(excess) = baked.table.energy_excess() {
             format::say(format!(
-                "\nfinding: {} exceeds 1 by {:.3} at {}: this model does not conserve energy",
+                "\nfinding: {} exceeds 1 by {:.3}{}: this model does not conserve energy",
                 baked.table.id,
                 excess.excess,
-                place(&baked.table, &excess.at),
+                match &excess.at[..] {
+                    [] => String::new(),
+                    at => format!(" at {}", place(&baked.table, at)),
+                },
             ));
         }
     }

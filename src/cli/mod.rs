@@ -61,7 +61,7 @@ struct Common {
     /// How integrals are computed: auto, closed-form, quadrature, mc-uniform, mc-cosine, mc-normals, mc-visible, mc-bxdf.
     #[arg(long, default_value = "auto", value_name = "NAME")]
     estimator: Estimator,
-    /// Largest absolute error of any value, 1e-12 to 0.5; by default 1e-6, and 5e-3 for irregular measured samples.
+    /// Largest absolute error of any value, 1e-12 to 0.5; by default 1e-6, and 1e-2 for irregular measured samples.
     #[arg(long, value_name = "ERROR", value_parser = number::tolerance)]
     tolerance: Option<f64>,
     /// Fixed number of Monte Carlo samples instead of the tolerance, 2 to 2^40.

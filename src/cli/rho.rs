@@ -4,6 +4,7 @@ use super::{Common, Failure, format, number, select};
 use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
+use std::cell::Cell;
 use std::fmt::Display;
 use std::time::Instant;
 use whitefurnace::estimate::{Estimate, Lobe};
@@ -83,12 +84,13 @@ impl Rho {
         self.common.tell_unused();
         let targets: Vec<Option<Direction>> = directions.into_iter().map(Some).chain(hh.then_some(None)).collect();
         let bar = format::progress((cases.len() * targets.len()) as u64, "integrating");
-        let rows = self.common.in_pool(|| {
+        let (rows, refused) = self.common.in_pool(|| {
+            let refused = Cell::new(0);
             let mut rows = Vec::new();
             for (material, roughness) in cases {
-                rows.extend(self.rows(material, roughness, &targets, &bar)?);
+                rows.extend(self.rows(material, roughness, &targets, &bar, &refused)?);
             }
-            Ok(rows)
+            Ok((rows, refused.get()))
         })?;
         bar.finish_and_clear();
         if self.common.json {
@@ -99,7 +101,12 @@ impl Rho {
         } else {
             report(&rows);
         }
-        Ok(())
+        // nobody asked for the default angles in particular
+        match refused {
+            0 => Ok(()),
+            _ if self.default_angles() => Ok(()),
+            _ => Err(format!("{refused} of the values asked for do not exist, see the notes above").into()),
+        }
     }
 
     /// Whether the command line asks for nothing in particular.
@@ -135,6 +142,7 @@ impl Rho {
         roughness: Option<(&'static str, f64)>,
         targets: &[Option<Direction>],
         bar: &ProgressBar,
+        refused: &Cell<usize>,
     ) -> Result<Vec<Row<'a>>, Failure> {
         let failed = |error: &dyn Display| format!("material `{}`: {error}", material.name);
         let start = Instant::now();
@@ -158,9 +166,10 @@ impl Rho {
                 });
                 let result = integrator.estimate(target.of(lobe), cell as u64);
                 let mut estimate = match result {
-                    // nobody asked for this angle in particular
-                    Err(error @ IntegrateError::Diverges(_)) if self.default_angles() => {
+                    // the other rows are worth having
+                    Err(error @ IntegrateError::Diverges(_)) => {
                         bar.suspend(|| eprintln!("note: {}", failed(&error)));
+                        refused.set(refused.get() + 1);
                         continue;
                     }
                     estimate => estimate.map_err(|error| failed(&error))?,

@@ -15,11 +15,13 @@ use rayon::prelude::*;
 /// and the result is widened by [`MARGIN`].
 pub(super) fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -> Result<Between, FillError> {
     let axes = &table.axes;
+    let is_irregular = model_at(plan, None).is_ok_and(|model| model.is_irregular());
     let effort = Effort {
-        tolerance: match model_at(plan, None) {
-            // samples cost the square of what they gain
-            Ok(model) if model.is_irregular() => plan.effort.tolerance,
-            _ => plan.effort.tolerance.min(FINEST),
+        // samples cost the square of what they gain
+        tolerance: if is_irregular {
+            plan.effort.tolerance
+        } else {
+            plan.effort.tolerance.min(FINEST)
         },
         samples: None,
         ..plan.effort
@@ -52,6 +54,15 @@ pub(super) fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -
         .map(|(place, rho)| lookup_error(place, rho))
         .collect();
     let probes = places.len() as u64;
+    if is_irregular {
+        // noise has no maximum to climb to
+        let worst = (0..places.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b]));
+        return Ok(Between {
+            error: worst.map_or(0.0, |worst| errors[worst] * MARGIN),
+            at: worst.map_or_else(Vec::new, |worst| places[worst].clone()),
+            probes,
+        });
+    }
     let mut order: Vec<usize> = (0..places.len()).collect();
     order.sort_by(|a, b| errors[*b].total_cmp(&errors[*a]));
     // the place that looks worst need not lie under the highest of the maxima: one start in each of the worst cells

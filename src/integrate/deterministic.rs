@@ -18,7 +18,8 @@ pub(super) const UNSPENT_SHARE: f64 = 0.1;
 pub fn closed_form(model: &Model, target: Target) -> Option<Estimate> {
     let sides = target.lobe.flag();
     if !model.flags().contains(sides) {
-        return Some(exact(DVec3::ZERO));
+        // nothing goes there
+        return Some(rounded(Bounded::exact(DVec3::ZERO)));
     }
     match model {
         Model::Lambertian(lambertian) => Some(exact(lambertian.albedo())),
@@ -227,7 +228,7 @@ fn coupled_albedo(
 pub(super) fn total_albedo(coupled: &DiffuseSpecular, rho: Estimate, unspent: &Estimate) -> Estimate {
     Estimate {
         value: coupled.total_albedo(rho.value, unspent.value),
-        error: coupled.total_albedo_error(rho.value, rho.error, unspent.value, unspent.error),
+        error: coupled.total_albedo_error(rho.value, rho.error, unspent.value, unspent.error) + DVec3::splat(ROUNDING),
         kind: rho.kind.max(unspent.kind),
         estimator: if unspent.kind > rho.kind {
             unspent.estimator
@@ -242,16 +243,14 @@ pub(super) fn total_albedo(coupled: &DiffuseSpecular, rho: Estimate, unspent: &E
 pub(super) fn total_mean(coupled: &DiffuseSpecular, unspent: Estimate) -> Estimate {
     Estimate {
         value: coupled.total_mean_albedo(unspent.value),
+        error: unspent.error + DVec3::splat(ROUNDING),
         ..unspent
     }
 }
 
 /// The sum of all parts; of what is exact and what is not the worst is said.
 fn added(parts: Vec<Estimate>) -> Estimate {
-    let none = Estimate {
-        error: DVec3::ZERO,
-        ..exact(DVec3::ZERO)
-    };
+    let none = rounded(Bounded::exact(DVec3::ZERO));
     parts.into_iter().fold(none, |sum, part| Estimate {
         value: sum.value + part.value,
         error: sum.error + part.error,
@@ -265,11 +264,13 @@ fn added(parts: Vec<Estimate>) -> Estimate {
     })
 }
 
+/// A handful of roundings of numbers up to 1, which small values may be differences of.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 fn exact(value: DVec3) -> Estimate {
-    // a handful of roundings
     rounded(Bounded {
         value,
-        error: value.abs() * 4.0 * f64::EPSILON,
+        error: value.abs().max(DVec3::ONE) * ROUNDING,
     })
 }
 

@@ -106,6 +106,8 @@ fn is_vmf(distribution: &Distribution) -> bool {
 impl Facets<'_> {
     /// rho_hd at cos theta_o = `mu` and azimuth `phi`, with an absolute error of at most `tolerance`.
     pub(super) fn rho_hd(&self, mu: f64, phi: f64, tolerance: f64) -> Result<Integral, IntegrateError> {
+        // the reciprocal of a subnormal number is infinite
+        let mu = if mu < f64::MIN_POSITIVE { 0.0 } else { mu };
         // without masking rho grows like 1/mu: mu rho is what is integrated, to as many digits as rho can have
         let scale = match self.weight {
             Weight::Masked(Masking::None) if mu == 0.0 => return Err(IntegrateError::Diverges(UNMASKED)),

@@ -77,7 +77,7 @@ fn microfacet(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     // what is legal by itself may still not go together
     model
         .at(None)
-        .map_err(|error| masking.refuse(format!("is not allowed: {error}")))?;
+        .map_err(|error| masking.refuse(format!("does not go with the rest: {error}")))?;
     Ok(model)
 }
 

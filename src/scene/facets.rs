@@ -6,7 +6,7 @@ use super::table::{Entry, Rule, Table};
 use super::vocabulary::{DISTRIBUTIONS, DistributionType, FRESNELS, FresnelType};
 use crate::distribution::{Anisotropic, Elliptic};
 use crate::fresnel::Fresnel;
-use crate::measured::index::{ConductorIndex, NAMES};
+use crate::measured::index::{ConductorIndex, NAMES, read_spd};
 use crate::parameter::{ETA, EXTINCTION, Legal, R0};
 use crate::spectrum::Spectrum;
 
@@ -153,7 +153,11 @@ fn eta_and_k(table: &Table<'_>) -> Result<(Spectrum, Spectrum), SceneError> {
     match (eta.as_str(), k.as_str()) {
         (None, None) => Ok((eta.spectrum(ETA)?, k.spectrum(EXTINCTION)?)),
         (Some(_), Some(_)) => {
-            let index = ConductorIndex::read_spd(&eta.path()?, &k.path()?).map_err(|error| eta.unusable(&error))?;
+            let (eta_path, k_path) = (eta.path()?, k.path()?);
+            for (entry, path) in [(&eta, &eta_path), (&k, &k_path)] {
+                read_spd(path).map_err(|error| entry.unusable(&error))?;
+            }
+            let index = ConductorIndex::read_spd(&eta_path, &k_path).map_err(|error| eta.unusable(&error))?;
             Ok((index.eta(), index.k()))
         }
         (Some(_), None) => Err(k.refuse("is not allowed beside a file of eta: both are numbers or both are files")),

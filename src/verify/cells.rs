@@ -13,7 +13,7 @@ use glam::DVec3;
 pub(super) struct Cells {
     sides: Vec<Side>,
     /// Directions of delta distributions.
-    deltas: Vec<DVec3>,
+    deltas: Vec<BxdfSample>,
     /// Number of cells of all sides.
     smooth: usize,
     /// Probability of each cell by the density, and how far that may be off; the last cell is that of lost draws.
@@ -131,8 +131,8 @@ impl Cells {
             }
         }
         for draw in pilot {
-            if matches!(kind(flags, wo, draw), Kind::Delta) && all.delta(draw.wi).is_none() {
-                all.deltas.push(draw.wi);
+            if matches!(kind(flags, wo, draw), Kind::Delta) && all.delta(draw).is_none() {
+                all.deltas.push(*draw);
                 all.push(Mass {
                     value: draw.pdf,
                     // a few roundings
@@ -154,8 +154,13 @@ impl Cells {
         self.total = self.total.plus(mass);
     }
 
-    fn delta(&self, wi: DVec3) -> Option<usize> {
-        self.deltas.iter().position(|known| (*known - wi).length() < SAME)
+    /// The specular direction of a draw. Parts of a sum may share one; their throughputs tell them apart.
+    fn delta(&self, draw: &BxdfSample) -> Option<usize> {
+        let throughput = draw.weight * draw.pdf;
+        self.deltas.iter().position(|known| {
+            let difference = (known.weight * known.pdf - throughput).abs().max_element();
+            (known.wi - draw.wi).length() < SAME && difference <= SAME * throughput.abs().max_element()
+        })
     }
 
     /// Number of cells.
@@ -169,7 +174,7 @@ impl Cells {
         match kind(bxdf.flags(), wo, draw) {
             Kind::Lost => lost,
             // a direction so rare that the first draws did not meet it counts among what they leave over
-            Kind::Delta => self.delta(draw.wi).map_or(lost, |delta| self.smooth + delta),
+            Kind::Delta => self.delta(draw).map_or(lost, |delta| self.smooth + delta),
             Kind::Smooth => {
                 let below = draw.wi.z < 0.0;
                 let side = self.sides.iter().find(|side| side.chart.below == below);
@@ -184,7 +189,7 @@ impl Cells {
             return "draws that belong to no direction".into();
         }
         if let Some(delta) = cell.checked_sub(self.smooth) {
-            let w = self.deltas[delta];
+            let w = self.deltas[delta].wi;
             return format!(
                 "the specular direction at {:.2} deg",
                 w.z.clamp(-1.0, 1.0).acos().to_degrees()

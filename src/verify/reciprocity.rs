@@ -184,12 +184,6 @@ pub fn reciprocity_of_deltas(bxdf: &dyn Bxdf, rule: TransmissionRule, source: So
                 continue;
             }
             let draws = (SEARCH / forth.pdf) as u64;
-            let mut back = (0..draws).map(|_| bxdf.sample_f(forth.wi, stream.uniform3()));
-            let leads_back = |back: &BxdfSample| back.flags.contains(Flags::SPECULAR) && (back.wi - wo).length() < MISS;
-            let Some(back) = back.find(leads_back) else {
-                missing.get_or_insert((wo, forth.wi));
-                continue;
-            };
             let scale = |from: DVec3, to: DVec3| match rule {
                 TransmissionRule::Scaled { eta_above, eta_below } if Lobe::Transmission.holds(from, to) => {
                     let (here, there) = if from.z > 0.0 {
@@ -201,7 +195,9 @@ pub fn reciprocity_of_deltas(bxdf: &dyn Bxdf, rule: TransmissionRule, source: So
                 }
                 _ => 1.0,
             };
-            let pair = Pair {
+            let back = (0..draws).map(|_| bxdf.sample_f(forth.wi, stream.uniform3()));
+            let leads_back = |back: &BxdfSample| back.flags.contains(Flags::SPECULAR) && (back.wi - wo).length() < MISS;
+            let pairs = back.filter(leads_back).map(|back| Pair {
                 wo,
                 wi: forth.wi,
                 difference: difference(
@@ -210,6 +206,21 @@ pub fn reciprocity_of_deltas(bxdf: &dyn Bxdf, rule: TransmissionRule, source: So
                 ),
                 // the direction comes back with some roundings, in which a Fresnel term near its edge is steep
                 allowed: ROUNDING + NUDGES * (back.wi - wo).length().sqrt(),
+            });
+            // parts of a sum may share a direction: the one that it came by leads back alike
+            let mut nearest: Option<Pair> = None;
+            for pair in pairs {
+                let holds = pair.difference <= pair.allowed;
+                if nearest.is_none_or(|nearest| pair.difference < nearest.difference) {
+                    nearest = Some(pair);
+                }
+                if holds {
+                    break;
+                }
+            }
+            let Some(pair) = nearest else {
+                missing.get_or_insert((wo, forth.wi));
+                continue;
             };
             worst = Some(worst.map_or(pair, |worst| worst.worse(pair)));
         }
