@@ -26,7 +26,7 @@ fn baked(scene: &Scene, resolution: usize) -> Vec<Stored> {
         roughness_resolution: 32,
         mapping: None,
         estimator: Estimator::Auto,
-        azimuth_resolution: 16,
+        azimuth_resolution: 4,
         tolerance: None,
         samples: None,
         seed: 0,
