@@ -38,7 +38,7 @@ impl Surface {
         })
     }
 
-    /// Interpolates f(mu, phi) to about `tolerance`, as far as [`MOST_NODES`] go; the stated error is what came out.
+    /// Interpolates f(mu, phi) to about `tolerance`, as far as 64 azimuths go; the stated error is what came out.
     ///
     /// # Errors
     /// The first error of `f`.
