@@ -5,8 +5,8 @@ use super::furnace::{loss, white_furnace};
 use super::normalisation::{normals, visible_normals};
 use super::reciprocity::{reciprocity, reciprocity_of_deltas};
 use super::sampling::sampling;
-use super::{Check, Facts, Outcome, Settings, Source, Test, facts, fresnel, known_departure};
-use crate::bxdf::{Bxdf, Flags, Model};
+use super::{Check, Evidence, Facts, Outcome, Settings, Source, Test, facts, fresnel, known_departure};
+use crate::bxdf::{Bxdf, DiffuseSpecular, Flags, Model};
 use crate::estimate::{Effort, ErrorKind, Estimate, Estimator, Lobe};
 use crate::geometry::Polar;
 use crate::integrate::{IntegrateError, Integrator, Target, sampled};
@@ -171,7 +171,13 @@ fn verify_at(material: &Material, roughness: Option<f64>, name: String, settings
                 facts,
                 parameters,
             };
-            verify_bxdf(&subject, settings)
+            let mut checks = verify_bxdf(&subject, settings);
+            let lobe = subject.facts.coupled.filter(|_| deterministic);
+            checks.extend(
+                lobe.and_then(|coupled| lobe_energy(coupled, effort, isotropic))
+                    .map(|outcome| subject.check(outcome)),
+            );
+            checks
         }
         // what needs no samples is tested all the same
         Err(error) => {
@@ -188,6 +194,17 @@ fn verify_at(material: &Material, roughness: Option<f64>, name: String, settings
             checks.chain(skipped(&error)).collect()
         }
     }
+}
+
+/// The energy of the specular lobe of a coupling alone, when that exceeds 1: the whole does not show it, because the base
+/// turns negative where more is spent than there is.
+fn lobe_energy(coupled: &DiffuseSpecular, effort: Effort, isotropic: bool) -> Option<Outcome> {
+    let lobe = coupled.specular();
+    let integrator = Integrator::new(lobe, Estimator::Auto, effort);
+    let outcome = energy(&|mu, phi| both_sides(&integrator, lobe, mu, phi), isotropic);
+    let exceeds = matches!(outcome.evidence, Evidence::Certain(false));
+    let note = format!("the specular lobe alone: {}", outcome.note.clone().unwrap_or_default());
+    exceeds.then(|| outcome.noted(note))
 }
 
 /// rho_hd of both sides together.
