@@ -119,7 +119,10 @@ pub trait Bxdf: Sync {
     }
 }
 
-impl<B: Bxdf + ?Sized> Bxdf for &B {
+/// Pointers to a model are the model.
+macro_rules! point_to_a_bxdf {
+    ($($pointer:ty),*) => {$(
+impl<B: Bxdf + ?Sized> Bxdf for $pointer {
     fn channels(&self) -> Channels {
         (**self).channels()
     }
@@ -152,40 +155,10 @@ impl<B: Bxdf + ?Sized> Bxdf for &B {
         (**self).sample(sampling, wo, u)
     }
 }
-
-impl<B: Bxdf + ?Sized> Bxdf for Box<B> {
-    fn channels(&self) -> Channels {
-        (**self).channels()
-    }
-
-    fn flags(&self) -> Flags {
-        (**self).flags()
-    }
-
-    fn f(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        (**self).f(wo, wi)
-    }
-
-    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
-        (**self).pdf(wo, wi)
-    }
-
-    fn sample_f(&self, wo: DVec3, u: [f64; 3]) -> BxdfSample {
-        (**self).sample_f(wo, u)
-    }
-
-    fn albedo_error(&self, mu: f64) -> DVec3 {
-        (**self).albedo_error(mu)
-    }
-
-    fn supports(&self, sampling: Sampling) -> bool {
-        (**self).supports(sampling)
-    }
-
-    fn sample(&self, sampling: Sampling, wo: DVec3, u: [f64; 3]) -> BxdfSample {
-        (**self).sample(sampling, wo, u)
-    }
+    )*};
 }
+
+point_to_a_bxdf!(&B, Box<B>);
 
 /// wi uniform over the hemispheres that the model scatters into, pdf = 1/(2 pi) for one and 1/(4 pi) for two.
 fn sample_uniform<B: Bxdf + ?Sized>(bxdf: &B, wo: DVec3, u: [f64; 3]) -> BxdfSample {

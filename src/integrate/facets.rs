@@ -251,7 +251,7 @@ impl Facets<'_> {
             }
             let mut cuts: Vec<(f64, Kink)> = side
                 .into_iter()
-                .map(|(delta, kink)| (delta.abs(), passing(kink)))
+                .map(|(delta, kink)| (delta.abs(), Kink::between_pieces(kink)))
                 .filter(|(delta, _)| *delta > cut && *delta < FRAC_PI_2)
                 .collect();
             // a layer that lies within the cut altogether is left out
@@ -260,7 +260,7 @@ impl Facets<'_> {
                 .into_iter()
                 .fold(FRAC_PI_2, f64::min);
             let ends = [if layer < cut { cut } else { 0.0 }, FRAC_PI_2];
-            cuts.extend(ends.map(|end| (end, passing(false))));
+            cuts.extend(ends.map(|end| (end, Kink::between_pieces(false))));
             cuts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
             for window in cuts.windows(2).filter(|w| w[1].0 > w[0].0) {
                 all.extend(pieces(window[0], window[1]).into_iter().map(|piece| {
@@ -281,7 +281,7 @@ impl Facets<'_> {
         let mut cut = |theta: Polar, kink: bool| {
             let q = q_at(theta);
             if q > 0.0 && q < q_end {
-                cuts.push((q, passing(kink)));
+                cuts.push((q, Kink::between_pieces(kink)));
             }
         };
         match self.weight {
@@ -312,7 +312,7 @@ impl Facets<'_> {
                 cut(Polar::from_tan(t), edge.kink);
             }
         }
-        cuts.extend([(0.0, passing(false)), (q_end, passing(false))]);
+        cuts.extend([(0.0, Kink::between_pieces(false)), (q_end, Kink::between_pieces(false))]);
         cuts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         let pieces: Vec<Piece> = cuts
             .windows(2)
@@ -336,14 +336,6 @@ const ROUNDING: f64 = 1e-13;
 /// Ratio of the axes of a lobe up to which its turns are split off, and the ratio of the distances.
 const LARGEST_TURN: f64 = 0.35;
 const TURN_STEP: f64 = 6.0;
-
-fn passing(kink: bool) -> Kink {
-    Kink {
-        theta: Polar::POLE,
-        below: kink,
-        above: kink,
-    }
-}
 
 impl Weight {
     /// w for a facet at the angle `theta` along the azimuth of `slice`.

@@ -4,7 +4,6 @@
 
 use super::IntegrateError;
 use super::lobe::{Kink, pieces};
-use crate::geometry::Polar;
 use crate::numerics::quadrature::{Bounded, Integral, Piece, integrate};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
@@ -39,9 +38,13 @@ impl Mean<'_> {
         // int_0^cut 2 mu rho_hd dmu is at most bound cut^2, or 2 bound cut
         let part = HORIZON_SHARE * tolerance / self.bound;
         let cut = if self.grows { 0.5 * part } else { part.sqrt() }.min(0.5);
-        let mut cuts: Vec<(f64, Kink)> = self.marks.iter().map(|(mu, kink)| (*mu, passing(*kink))).collect();
+        let mut cuts: Vec<(f64, Kink)> = self
+            .marks
+            .iter()
+            .map(|(mu, kink)| (*mu, Kink::between_pieces(*kink)))
+            .collect();
         cuts.retain(|(mu, _)| *mu > cut && *mu < 1.0);
-        cuts.extend([cut, 1.0].map(|end| (end, passing(false))));
+        cuts.extend([cut, 1.0].map(|end| (end, Kink::between_pieces(false))));
         cuts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         let along_mu: Vec<Piece> = cuts
             .windows(2)
@@ -86,13 +89,5 @@ impl Mean<'_> {
                 })
             }
         }
-    }
-}
-
-fn passing(kink: bool) -> Kink {
-    Kink {
-        theta: Polar::POLE,
-        below: kink,
-        above: kink,
     }
 }

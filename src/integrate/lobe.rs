@@ -36,6 +36,17 @@ pub(super) struct Kink {
     pub(super) above: bool,
 }
 
+impl Kink {
+    /// The end of a piece of any variable, where only its smoothness counts.
+    pub(super) fn between_pieces(kink: bool) -> Self {
+        Self {
+            theta: Polar::POLE,
+            below: kink,
+            above: kink,
+        }
+    }
+}
+
 /// A lobe with the angles at which W(theta) has kinks.
 pub(super) struct LobeIntegral<'a> {
     pub(super) distribution: &'a Isotropic,

@@ -153,11 +153,14 @@ fn eta_and_k(table: &Table<'_>) -> Result<(Spectrum, Spectrum), SceneError> {
     match (eta.as_str(), k.as_str()) {
         (None, None) => Ok((eta.spectrum(ETA)?, k.spectrum(EXTINCTION)?)),
         (Some(_), Some(_)) => {
-            let (eta_path, k_path) = (eta.path()?, k.path()?);
-            for (entry, path) in [(&eta, &eta_path), (&k, &k_path)] {
-                read_spd(path).map_err(|error| entry.unusable(&error))?;
-            }
-            let index = ConductorIndex::read_spd(&eta_path, &k_path).map_err(|error| eta.unusable(&error))?;
+            let read = |entry: &Entry<'_>| {
+                let path = entry.path()?;
+                let samples = read_spd(&path).map_err(|error| entry.unusable(&error))?;
+                Ok::<_, SceneError>((path.display().to_string(), samples))
+            };
+            let ((eta_name, eta_samples), (k_name, k_samples)) = (read(&eta)?, read(&k)?);
+            let index = ConductorIndex::from_samples(&eta_name, &eta_samples, &k_name, &k_samples)
+                .map_err(|error| eta.unusable(&error))?;
             Ok((index.eta(), index.k()))
         }
         (Some(_), None) => Err(k.refuse("is not allowed beside a file of eta: both are numbers or both are files")),
