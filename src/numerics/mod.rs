@@ -1,7 +1,8 @@
-//! Numerical ground floor: nested quadrature, interpolating curves, running moments, random streams, Gaussian integrals.
+//! Numerical ground floor: nested quadrature, branch-free functions for vector loops, interpolating curves, running moments, random streams, Gaussian integrals.
 
 pub mod curve;
 pub mod gaussian;
+pub mod lanes;
 pub mod moments;
 pub mod patterson;
 pub mod quadrature;
