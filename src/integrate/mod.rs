@@ -20,6 +20,7 @@ pub mod monte_carlo;
 mod parts;
 mod sampled;
 mod segment;
+mod smith_hd;
 mod target;
 
 pub use coordinates::Coordinates;
