@@ -37,6 +37,14 @@
 //! they fall geometrically, about the square of the last ones, the last ones times [`SAFETY`] are a bound with room; two in a
 //! row, because one may pass through 0. Orders grow until the bound is met; where it is not, and where F has edges that
 //! could hide between the nodes, [`super::facets`] takes over.
+//!
+//! One thing does hide between the nodes. Where alpha is far below mu, G2 of GGX is 1 up to the horizon but for a layer there,
+//! n.i of the order of alpha. With n.i = mu (S - s) near the end S of the range it is alpha/mu wide, and holds the weight
+//!
+//! 2 (alpha/T)^2 (1 + x T) (alpha/mu) int_0^inf (sqrt(1 + u^2) - u)^2 du = (2/3) (alpha^3/mu) (1 + 1/T^2),
+//!
+//! of which the mean over phi is (2/3) (alpha^3/mu) (1 + 1/mu^2) ([`Layer`]). The first node of a rule of n lies 1.4 S/n^2 from
+//! the end: what a layer thinner than that holds is added to the bound.
 
 mod kernel;
 mod orders;
@@ -69,6 +77,11 @@ const SAFETY: f64 = 3.0;
 /// Rounding of the sum of up to 12 000 positive terms that add up to 1, and of the variables.
 const ROUNDING: f64 = 2e-14;
 
+/// Resolution n^2 (alpha/mu)/S from which on the coefficients see the layer at the horizon. Of a layer alone the rules miss
+/// 0.98, 0.63, 0.36, 0.19 and 0.10 at 0.03, 0.5, 1, 1.5 and 2, and [`SAFETY`] times the coefficients of 96 nodes, of all
+/// the least, are 0.02, 0.3, 0.5, 0.6 and 0.7.
+const RESOLVED: f64 = 1.5;
+
 /// Below this tolerance rounding takes too much of it.
 const LEAST_TOLERANCE: f64 = 1e-12;
 
@@ -86,6 +99,47 @@ enum Slopes {
     Ggx,
     /// e^(-t^2/alpha^2)/(pi alpha^2), Beckmann.
     Gaussian,
+}
+
+/// The layer of GGX at the horizon.
+struct Layer {
+    /// Its part of rho_hd.
+    weight: f64,
+    /// Its width in s, relative to the longest range.
+    width: f64,
+}
+
+impl Layer {
+    fn new(constants: &Constants) -> Self {
+        let Constants { alpha, mu, .. } = *constants;
+        let ratio = alpha / mu;
+        // the longest range ends at T = (1 + sin theta_o)/mu
+        let reach = (1.0 + constants.sin_o) / (alpha * mu);
+        let length = (reach + reach.hypot(1.0)).ln().min(constants.end);
+        match constants.slopes {
+            Slopes::Ggx => Self {
+                weight: 2.0 / 3.0 * ratio * (alpha * alpha + ratio * ratio),
+                width: ratio / length,
+            },
+            // it lies where e^(-t^2/alpha^2) has vanished
+            Slopes::Gaussian => Self {
+                weight: 0.0,
+                width: 1.0,
+            },
+        }
+    }
+
+    /// What a rule of `inner` nodes may miss of it without a trace.
+    fn hidden(&self, inner: usize) -> f64 {
+        let resolution = self.width * (inner * inner) as f64;
+        self.weight * (1.0 - resolution / RESOLVED).max(0.0)
+    }
+
+    /// The order at which no more than `allowed` hides.
+    fn order(&self, allowed: f64) -> f64 {
+        let resolution = RESOLVED * (1.0 - allowed / self.weight).max(0.0);
+        (resolution / self.width).sqrt()
+    }
 }
 
 /// rho_hd of a microfacet lobe under Smith masking at cos theta_o = `mu`, with an absolute error of at most `tolerance`; `None`
@@ -106,26 +160,27 @@ pub(super) fn rho_hd(microfacet: &Microfacet, mu: f64, tolerance: f64) -> Option
     }
     let constants = constants(slopes, correlated, alpha, mu, TAIL_SHARE * tolerance);
     let depth = ((1.0 + constants.sin_o) / mu).ln();
-    let mut orders = Orders::new(slopes, alpha, mu, depth, tolerance);
     let fixed = TAIL_SHARE * tolerance + ROUNDING;
-    let share = (0.5 - 1e-9) * (tolerance - fixed) / SAFETY;
+    let share = (tolerance - fixed) / 3.0;
+    let layer = Layer::new(&constants);
+    let mut orders = Orders::new(slopes, alpha, mu, depth, tolerance).at_least(layer.order(share))?;
     SCRATCH.with_borrow_mut(|scratch| {
         let mut evaluations = 0;
         loop {
             let sums = estimate(microfacet, &constants, orders, scratch);
             evaluations += ((orders.outer + 1) * orders.inner) as u64;
-            let (outer, inner) = (sums.outer.max_element(), sums.inner.max_element());
-            if outer + inner <= 2.0 * share {
+            let error = SAFETY * (sums.outer + sums.inner) + DVec3::splat(fixed + layer.hidden(orders.inner));
+            if error.max_element() <= tolerance {
+                let value = sums.value;
                 return Some(Integral {
-                    bounded: Bounded {
-                        value: sums.value,
-                        error: SAFETY * (sums.outer + sums.inner) + DVec3::splat(fixed),
-                    },
+                    bounded: Bounded { value, error },
                     evaluations,
                 });
             }
-            let dominant = outer.max(inner).min(share);
-            orders = orders.grown(outer >= dominant, inner >= dominant)?;
+            // whichever is above its share; of both below it, which together are not, the larger
+            let (outer, inner) = (SAFETY * sums.outer.max_element(), SAFETY * sums.inner.max_element());
+            let most = outer.max(inner).min(share);
+            orders = orders.grown(outer >= most, inner >= most)?;
         }
     })
 }

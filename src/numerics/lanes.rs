@@ -213,6 +213,21 @@ mod tests {
     }
 
     #[test]
+    fn gaussian_tails_match_the_exact_form() {
+        for i in 0..=26_000 {
+            let x = 1e-3 * f64::from(i);
+            let exact = crate::numerics::gaussian::ierfc(x);
+            // that of the library errs by 4e-15 below 2, and e^(-x^2) by the rounding of x^2
+            let allowed = 6e-15 + 2.5e-16 * x * x;
+            assert!(
+                (gaussian_tail(x) / exact - 1.0).abs() < allowed,
+                "{x}: {:e}",
+                gaussian_tail(x)
+            );
+        }
+    }
+
+    #[test]
     fn simple_places_are_exact() {
         assert_eq!([exp(0.0), exp(-1e9), exp(1e9)], [1.0, exp(-708.0), exp(709.0)]);
         assert!(exp(-708.0) > 0.0 && exp(709.0).is_finite());

@@ -3,9 +3,9 @@
 use crate::numerics::lanes::sin_cos_turns;
 use std::sync::OnceLock;
 
-/// Step and largest order of the Gauss-Legendre rules: a multiple of the lanes, so that no remainder is left.
+/// Step and largest order of the Gauss-Legendre rules: whole vectors of four.
 pub(super) const INNER_STEP: usize = 4;
-pub(super) const MOST_INNER: usize = 96;
+pub(super) const MOST_INNER: usize = 128;
 
 /// Step and largest order of the trapezoidal rules; even, for their halves.
 pub(super) const OUTER_STEP: usize = 2;

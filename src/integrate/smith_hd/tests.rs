@@ -135,3 +135,51 @@ fn tables_take_some_hundred_evaluations_a_texel() {
         assert!(mean < most, "{family:?} to {tolerance:e}: {mean} evaluations a texel");
     }
 }
+
+/// Degrees of exactness 2 n - 1 on [0, 1], and the last coefficients of the polynomials that they stand for.
+#[test]
+fn gauss_legendre_rules_are_exact() {
+    for n in [4, 8, 36, 128] {
+        let rule = legendre(n);
+        for k in [0, 1, n, 2 * n - 1] {
+            let sum: f64 = rule
+                .nodes
+                .iter()
+                .zip(&rule.weights)
+                .map(|(x, w)| w * x.powi(k as i32))
+                .sum();
+            let exact = 1.0 / (k as f64 + 1.0);
+            // the rounding of a node counts k times
+            assert!(
+                (sum / exact - 1.0).abs() < 1e-15 * (8.0 + k as f64),
+                "{n}, x^{k}: {sum}"
+            );
+        }
+        // int P_k^2 = 1/(2 k + 1)
+        for (back, last) in rule.last.iter().enumerate() {
+            let k = (n - 1 - back) as f64;
+            let norm: f64 = last.iter().zip(&rule.weights).map(|(l, w)| l * l / w).sum();
+            assert!((norm - 1.0).abs() < 1e-13, "{n}, {k}: {norm}"); // roundings of n steps of the recurrence
+        }
+    }
+}
+
+/// Trapezoidal rules hold cos(k psi) for k < 2 N, and tell the last two of them apart.
+#[test]
+fn circles_hold_their_cosines() {
+    for n in [2, 10, 128] {
+        let rule = circle(n);
+        let cosine = |k: usize, j: usize| (PI * (k * j) as f64 / n as f64).cos();
+        let sum = |weights: &[f64], k: usize| (0..=n).map(|j| weights[j] * cosine(k, j)).sum::<f64>();
+        for k in 0..2 * n {
+            let mean = sum(&rule.weights, k);
+            assert!((mean - f64::from(u8::from(k == 0))).abs() < 1e-13, "{n}, {k}: {mean}"); // roundings of k j
+        }
+        for (back, last) in rule.last.iter().enumerate() {
+            for k in 0..=n {
+                let expected = f64::from(u8::from(k == n - back));
+                assert!((sum(last, k) - expected).abs() < 1e-13, "{n}, {k} by {back}");
+            }
+        }
+    }
+}
