@@ -1,10 +1,11 @@
 //! Nodes and weights of both rules, with what reads their errors off.
 
+use super::kernel::LANES;
 use crate::numerics::lanes::sin_cos_turns;
 use std::sync::OnceLock;
 
-/// Step and largest order of the Gauss-Legendre rules: whole vectors of four.
-pub(super) const INNER_STEP: usize = 4;
+/// Step and largest order of the Gauss-Legendre rules.
+pub(super) const INNER_STEP: usize = 2;
 pub(super) const MOST_INNER: usize = 128;
 
 /// Step and largest order of the trapezoidal rules; even, for their halves.
@@ -19,7 +20,7 @@ pub(super) struct Legendre {
     pub(super) last: [Vec<f64>; 2],
 }
 
-/// The rule of `n` nodes, a multiple of [`INNER_STEP`] up to [`MOST_INNER`].
+/// The rule of `n` nodes, an even number up to [`MOST_INNER`].
 pub(super) fn legendre(n: usize) -> &'static Legendre {
     static RULES: [OnceLock<Legendre>; MOST_INNER / INNER_STEP] = [const { OnceLock::new() }; MOST_INNER / INNER_STEP];
     RULES[n / INNER_STEP - 1].get_or_init(|| Legendre::new(n))
@@ -39,15 +40,16 @@ impl Legendre {
             // the roots come in pairs of opposite sign
             let upper = i.min(n - 1 - i);
             let (_, mut x) = sin_cos_turns(0.5 * (upper as f64 + 0.75) / (order + 0.5));
+            let mut slope = 1.0;
             for _ in 0..6 {
                 let [p, before, _] = polynomials(n, x);
-                let slope = order * (before - x * p) / ((1.0 - x) * (1.0 + x));
+                slope = order * (before - x * p) / ((1.0 - x) * (1.0 + x));
                 x -= p / slope;
             }
             let sign = if i == upper { 1.0 } else { -1.0 };
             let [_, before, second] = polynomials(n, sign * x);
-            // at a root P_n' = n P_(n-1)/(1 - x^2), and the interval is half as long
-            let weight = (1.0 - x) * (1.0 + x) / (order * before).powi(2);
+            // half of it, as the interval is half as long
+            let weight = 1.0 / ((1.0 - x) * (1.0 + x) * slope * slope);
             rule.nodes[i] = 0.5 * (1.0 - sign * x);
             rule.weights[i] = weight;
             rule.last[0][i] = (2.0 * order - 1.0).sqrt() * weight * before;
@@ -70,7 +72,7 @@ fn polynomials(n: usize, x: f64) -> [f64; 3] {
 
 /// A trapezoidal rule of `N` intervals on psi in [0, pi], for functions that are even and periodic.
 pub(super) struct Circle {
-    /// sin^2(psi/2) and cos^2(psi/2).
+    /// sin^2(psi/2) and cos^2(psi/2), up to whole vectors.
     pub(super) sin2: Vec<f64>,
     pub(super) cos2: Vec<f64>,
     /// 1/N, and half of that at both ends.
@@ -94,12 +96,15 @@ impl Circle {
             weights: Vec::new(),
             last: [Vec::new(), Vec::new()],
         };
-        for j in 0..=intervals {
+        for j in 0..(intervals + 1).next_multiple_of(LANES) {
             let (sin, cos) = sin_cos_turns(0.25 * j as f64 / count);
-            let weight = if j == 0 || j == intervals { 0.5 } else { 1.0 } / count;
-            let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
             rule.sin2.push(sin * sin);
             rule.cos2.push(cos * cos);
+            if j > intervals {
+                continue;
+            }
+            let weight = if j == 0 || j == intervals { 0.5 } else { 1.0 } / count;
+            let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
             rule.weights.push(weight);
             rule.last[0].push(sign * weight);
             rule.last[1].push(2.0 * sign * (cos - sin) * (cos + sin) * weight);

@@ -82,7 +82,7 @@ fn judge_all(count: u64, least_share: f64, fresnel: impl Fn(&mut Stream) -> Fres
 
 #[test]
 fn stated_errors_hold_for_random_lobes() {
-    judge_all(4000, 0.75, |_| Fresnel::None);
+    judge_all(6000, 0.75, |_| Fresnel::None);
 }
 
 #[test]
@@ -118,10 +118,10 @@ fn what_is_out_of_reach_is_left_to_facets() {
 #[test]
 fn tables_take_some_hundred_evaluations_a_texel() {
     for (family, tolerance, most) in [
-        (Family::Ggx, 1e-4, 320),
-        (Family::Ggx, 1e-6, 620),
-        (Family::Beckmann, 1e-4, 420),
-        (Family::Beckmann, 1e-6, 900),
+        (Family::Ggx, 1e-4, 180),
+        (Family::Ggx, 1e-6, 380),
+        (Family::Beckmann, 1e-4, 240),
+        (Family::Beckmann, 1e-6, 500),
     ] {
         let centre = |i: u32| (f64::from(i) + 0.5) / 64.0;
         let mut evaluations = 0;
@@ -149,11 +149,8 @@ fn gauss_legendre_rules_are_exact() {
                 .map(|(x, w)| w * x.powi(k as i32))
                 .sum();
             let exact = 1.0 / (k as f64 + 1.0);
-            // the rounding of a node counts k times
-            assert!(
-                (sum / exact - 1.0).abs() < 1e-15 * (8.0 + k as f64),
-                "{n}, x^{k}: {sum}"
-            );
+            // roundings of n weights that add up to 1
+            assert!((sum - exact).abs() < 4e-15, "{n}, x^{k}: {sum}");
         }
         // int P_k^2 = 1/(2 k + 1)
         for (back, last) in rule.last.iter().enumerate() {
