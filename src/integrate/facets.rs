@@ -308,6 +308,9 @@ impl Facets<'_> {
             for t in view.narrow_tangents(slice.azimuth) {
                 cut(Polar::from_tan(t), false);
             }
+            for t in slice.layer_tangents(view.mu, allowed) {
+                cut(Polar::from_tan(t), false);
+            }
         }
         for edge in &self.edges {
             for t in view.edge_tangents(slice.cos_phi, edge.cos) {
@@ -545,7 +548,29 @@ impl<'a> View<'a> {
     }
 }
 
+/// Width of the layer of [`Slice::layer_tangents`] from which on the rules see it by themselves, and the ratio of its splits.
+const LARGEST_LAYER: f64 = 0.02;
+const LAYER_STEP: f64 = 8.0;
+
 impl Slice {
+    /// Splits around the layer at the horizon in which G2 of GGX falls from 1 to 0 when alpha is far below mu: n.i is
+    /// mu ln(T/t) there and the layer alpha/mu wide in ln t. It holds (2/3) (alpha/mu) of 2 (alpha/T)^2 (1 + x T), see
+    /// [`super::smith_hd`]; the tail of Beckmann has vanished there.
+    fn layer_tangents(&self, mu: f64, allowed: f64) -> impl Iterator<Item = f64> + use<> {
+        let end = self.horizon().tan();
+        let (width, weight) = match self.profile {
+            Isotropic::Ggx(ggx) => {
+                let (alpha, width) = (ggx.alpha(), ggx.alpha() / mu);
+                (width, 2.0 * width * (alpha / end).powi(2) * (1.0 + self.x * end))
+            }
+            Isotropic::Vmf(_) | Isotropic::Beckmann(_) | Isotropic::Phong(_) => (1.0, 0.0),
+        };
+        let first = (width < LARGEST_LAYER && weight > 0.01 * allowed).then_some(2.0 * width);
+        std::iter::successors(first, |distance| Some(LAYER_STEP * distance))
+            .take_while(|distance| *distance < 1.0)
+            .map(move |distance| end * (-distance).exp())
+    }
+
     /// pi/2 + atan x, with all its digits where x is large and negative.
     fn elevation(&self) -> f64 {
         if self.x < 0.0 {

@@ -64,7 +64,7 @@ fn judge(number: u64, case: &Case) -> (bool, Option<String>) {
     let truth = facets::rho_hd(&microfacet, mu, 0.0, finest).unwrap().bounded;
     let Bounded { value, error } = found.bounded;
     let beyond = ((value - truth.value).abs() - error - truth.error).max_element();
-    let wrong = beyond > 0.0 || !(error.max_element() <= tolerance) || !value.is_finite();
+    let wrong = beyond > 0.0 || error.max_element() > tolerance || error.is_nan() || !value.is_finite();
     let said = || format!("case {number}: mu {mu:e} of {microfacet:?} at {tolerance:e}: {found:?}, but {truth:?}");
     (true, wrong.then(said))
 }
