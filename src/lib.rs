@@ -109,6 +109,7 @@
 //! [Walsh 1926]: #bibliography
 
 pub mod bxdf;
+pub mod cost;
 pub mod distribution;
 pub mod estimate;
 pub mod export;
