@@ -19,12 +19,13 @@ mod microfacet_hh;
 pub mod monte_carlo;
 mod parts;
 mod sampled;
+pub mod seen;
 mod segment;
 mod target;
 
 pub use coordinates::Coordinates;
 pub use coupled::coupled_bxdf;
-pub use fill::{FillError, Progress, fill, work};
+pub use fill::{FillError, Progress, fill, texels, work};
 pub use integrator::Integrator;
 pub use sampled::sampled;
 pub use target::{Angles, Target};
