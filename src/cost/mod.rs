@@ -6,18 +6,27 @@
 
 pub mod chart;
 mod clock;
+mod contest;
+pub mod data;
 mod families;
 mod fit;
 mod ladder;
+mod report;
+mod scaling;
 mod settings;
+mod shape;
 mod subject;
 mod workers;
 
 pub use clock::Seconds;
+pub use contest::{Contest, ERROR as CONTEST_ERROR, Rival};
 pub use families::Kin;
 pub use fit::Line;
 pub use ladder::{Accuracy, Curve, Measured, Outcome, Point, Reference, Run, Rung, study};
+pub use report::{Report, Unwatched, Watch, run};
+pub use scaling::{Grown, Growth};
 pub use settings::{Budget, Settings};
+pub use shape::{Answer, Shape, Shapes};
 pub use subject::{Subject, default_scene};
 
 use crate::bxdf::ModelError;

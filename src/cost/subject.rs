@@ -49,6 +49,15 @@ pub fn default_scene() -> Scene {
 /// # Errors
 /// [`CostError::Plan`]
 pub(super) fn plan_of(material: &Material, resolution: usize, across: usize) -> Result<TablePlan, CostError> {
+    plan_over(material, resolution, across, None)
+}
+
+fn plan_over(
+    material: &Material,
+    resolution: usize,
+    across: usize,
+    mapping: Option<Mapping>,
+) -> Result<TablePlan, CostError> {
     let scene = Scene {
         name: "cost".into(),
         materials: vec![material.clone()],
@@ -58,8 +67,7 @@ pub(super) fn plan_of(material: &Material, resolution: usize, across: usize) -> 
         resolution,
         roughness_resolution: across,
         azimuth_resolution: across,
-        // dense at grazing angles, where lobes are cut by the horizon
-        mapping: Some(Mapping::SqrtMu),
+        mapping,
         estimator: Estimator::Auto,
         tolerance: None,
         samples: None,
@@ -78,13 +86,10 @@ impl Subject {
     pub fn new(material: &Material, texels: usize) -> Result<Self, CostError> {
         let is_irregular = material.model.at(None)?.is_irregular();
         let texels = if is_irregular { texels / MEASURED_SHARE } else { texels };
-        let flat = plan_of(material, texels.max(2), ACROSS)?;
-        let crossed = flat.texels() > texels.max(2);
-        let plan = if crossed {
-            plan_of(material, (texels / ACROSS).max(2), ACROSS)?
-        } else {
-            flat
-        };
+        // dense at grazing angles, where the horizon cuts lobes
+        let over = |resolution: usize| plan_over(material, resolution.max(2), ACROSS, Some(Mapping::SqrtMu));
+        let flat = over(texels)?;
+        let plan = if flat.texels() > texels.max(2) { over(texels / ACROSS)? } else { flat };
         let axes = plan.alternatives.first().cloned().unwrap_or_default();
         let along = Coordinates::new(&axes);
         // the first axis runs fastest: mu

@@ -1,6 +1,6 @@
 //! Drawings as PNG.
 
-use super::canvas::{Anchor, Canvas, Colour, Item, MARKER, PAPER, Shape, Stroke as Line, outline};
+use super::canvas::{Anchor, Canvas, Colour, Item, MARKER, PAPER, Stroke as Line, outline};
 use super::font;
 use std::fmt;
 use tiny_skia::{FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform};
@@ -167,7 +167,7 @@ impl OutlineBuilder for Pen {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cost::chart::canvas::INK;
+    use crate::cost::chart::canvas::{INK, Shape};
 
     #[test]
     fn pictures_hold_what_was_drawn() {
