@@ -12,6 +12,7 @@ use whitefurnace::integrate::deterministic::quadrature;
 use whitefurnace::integrate::monte_carlo::{Samples, Trial, estimate, outgoing};
 use whitefurnace::integrate::{Lobe, Target, fill};
 use whitefurnace::masking::Masking;
+use whitefurnace::numerics::points::Points;
 use whitefurnace::plan::{Plan, Request, TablePlan};
 use whitefurnace::scene::Scene;
 use whitefurnace::spectrum::Spectrum;
@@ -73,13 +74,14 @@ fn samples(criterion: &mut Criterion) {
         Sampling::Bxdf,
     ] {
         assert!(bxdf.supports(sampling));
-        let name = Estimator::MonteCarlo(sampling).name();
+        let name = Estimator::random(sampling).name();
         group.bench_function(name, |bencher| {
             let batch = || {
                 estimate(
                     &bxdf,
                     Trial {
                         sampling,
+                        points: Points::Random,
                         lobe: Lobe::Reflection,
                         outgoing: outgoing(0.5, 0.0),
                         samples: Samples::Fixed(COUNT),

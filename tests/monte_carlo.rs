@@ -16,6 +16,7 @@ use whitefurnace::integrate::monte_carlo::{CONFIDENCE, Outgoing, Samples, Trial,
 use whitefurnace::integrate::{Effort, Estimate, Estimator, IntegrateError, Integrator, Lobe, Target, coupled_bxdf};
 use whitefurnace::masking::Masking;
 use whitefurnace::numerics::moments::Moments;
+use whitefurnace::numerics::points::Points;
 use whitefurnace::numerics::stream::{Stream, StreamId};
 use whitefurnace::spectrum::Spectrum;
 
@@ -88,6 +89,7 @@ fn z_scores(bxdf: &dyn Bxdf, sampling: Sampling, mu: f64, truth: f64, cells: u64
                 bxdf,
                 Trial {
                     sampling,
+                    points: Points::Random,
                     lobe: Lobe::Reflection,
                     outgoing: wo,
                     samples: Samples::Fixed(SAMPLES),
@@ -215,6 +217,7 @@ fn stated_intervals_cover() {
                     lobe,
                     Trial {
                         sampling,
+                        points: Points::Random,
                         lobe: Lobe::Reflection,
                         outgoing: wo,
                         samples: Samples::Fixed(samples),
@@ -246,6 +249,7 @@ fn stated_intervals_cover() {
                     lobe,
                     Trial {
                         sampling,
+                        points: Points::Random,
                         lobe: Lobe::Reflection,
                         outgoing: outgoing(*mu, 0.2),
                         samples,
@@ -286,6 +290,7 @@ fn a_lobe_that_no_sample_hits_is_within_the_interval() {
                     &bxdf,
                     Trial {
                         sampling,
+                        points: Points::Random,
                         lobe: Lobe::Reflection,
                         outgoing: outgoing(mu, 0.0),
                         samples: Samples::Fixed(2000),
@@ -315,6 +320,7 @@ fn half_vectors_reach_every_lobe() {
                     &lobe,
                     Trial {
                         sampling,
+                        points: Points::Random,
                         lobe: Lobe::Reflection,
                         outgoing: outgoing(mu, 0.0),
                         samples: Samples::Fixed(4000),
@@ -353,6 +359,7 @@ fn hemispherical_albedo_agrees_with_quadrature() {
                     &lobe,
                     Trial {
                         sampling,
+                        points: Points::Random,
                         lobe: Lobe::Reflection,
                         outgoing: Outgoing::Cosine,
                         samples: Samples::Fixed(SAMPLES),
@@ -391,7 +398,7 @@ fn couplings_agree_with_quadrature() {
                 samples: Some(SAMPLES),
                 seed: (400 + 10 * variant + index) as u64,
             };
-            let integrator = Integrator::new(&model, Estimator::MonteCarlo(sampling), effort).unwrap();
+            let integrator = Integrator::new(&model, Estimator::random(sampling), effort).unwrap();
             let mut z = Vec::new();
             for mu in [0.2, 0.6, 1.0] {
                 let truth = quadrature(&model, Target::rho_hd(mu, 0.0), 1e-8).unwrap().value;
@@ -437,6 +444,7 @@ fn threads_do_not_change_a_bit() {
                             bxdf,
                             Trial {
                                 sampling,
+                                points: Points::Random,
                                 lobe: Lobe::Reflection,
                                 outgoing,
                                 samples,

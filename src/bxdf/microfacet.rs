@@ -123,6 +123,14 @@ impl Bxdf for Microfacet {
         true
     }
 
+    /// A third number chooses between the walls of a groove.
+    fn dimensions(&self, sampling: Sampling) -> usize {
+        match sampling {
+            Sampling::Visible | Sampling::Bxdf if !self.masking.is_smith() => 3,
+            _ => 2,
+        }
+    }
+
     fn sample(&self, sampling: Sampling, wo: DVec3, u: [f64; 3]) -> BxdfSample {
         match sampling {
             Sampling::Uniform => super::sample_uniform(self, wo, u),
