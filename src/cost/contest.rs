@@ -102,7 +102,7 @@ const MOST: u64 = 1 << 24;
 ///
 /// # Errors
 /// [`CostError`] when the reference does not converge.
-pub fn contests(
+pub(super) fn contests(
     settings: &Settings,
     budget: &Budget,
     progress: &(dyn Fn(u64) + Sync),

@@ -257,7 +257,7 @@ struct Job {
 ///
 /// # Errors
 /// [`CostError::Reference`] for a material that no estimator can compute.
-pub fn study(
+pub(super) fn study(
     subjects: Vec<Subject>,
     settings: &Settings,
     budget: &Budget,

@@ -22,7 +22,7 @@ pub use clock::Seconds;
 pub use contest::{Contest, ERROR as CONTEST_ERROR, Rival};
 pub use families::Kin;
 pub use fit::Line;
-pub use ladder::{Accuracy, Curve, Measured, Outcome, Point, Reference, Run, Rung, study};
+pub use ladder::{Accuracy, Curve, Measured, Outcome, Point, Reference, Run, Rung};
 pub use report::{Report, Unwatched, Watch, run};
 pub use scaling::{Grown, Growth};
 pub use settings::{Budget, Settings};

@@ -81,7 +81,7 @@ type Job = (usize, Growth, f64);
 ///
 /// # Errors
 /// [`CostError`] when the system has no threads.
-pub fn scaling(
+pub(super) fn scaling(
     settings: &Settings,
     budget: &Budget,
     progress: &(dyn Fn(u64) + Sync),

@@ -76,7 +76,7 @@ impl Settings {
     /// their ladder ends earlier, and well before their reference.
     pub(super) fn ladder(&self, subject: &Subject, estimator: Estimator) -> Vec<(Rung, u64)> {
         match estimator {
-            Estimator::MonteCarlo(..) => {
+            Estimator::MonteCarlo { .. } => {
                 let most = if subject.is_irregular() {
                     self.reference_samples / 16
                 } else {

@@ -4,7 +4,8 @@ use super::clock::{Seconds, timed};
 use super::settings::{Budget, Settings};
 use super::subject::plan_of;
 use super::{CostError, workers};
-use crate::integrate::{Reference, texels};
+use crate::integrate::texels;
+use crate::integrate::seen::Reference;
 use crate::plan::TablePlan;
 use crate::scene::Material;
 use crate::table::Storage;
@@ -72,7 +73,7 @@ const CROSSED: usize = 16;
 ///
 /// # Errors
 /// [`CostError`] for a material that no table can be planned for.
-pub fn shapes(
+pub(super) fn shapes(
     materials: &[&Material],
     settings: &Settings,
     budget: &Budget,
