@@ -145,9 +145,14 @@ fn tell(directory: &Path, report: &Report, files: &[String]) {
     tell_contests(&report.contests);
     tell_accuracy(&report.accuracy);
     tell_missing(report);
+    let parts = report
+        .parts
+        .iter()
+        .map(|(what, wall)| format!("{what} {}", format::seconds(*wall)));
     format::say(format!(
-        "\n{} on {} threads, each table on one. In {}:\n  {}",
+        "\n{} ({}) on {} threads, each table on one. In {}:\n  {}",
         format::seconds(report.wall),
+        parts.collect::<Vec<_>>().join(", "),
         report.settings.threads,
         directory.display(),
         files.join("  ")
@@ -174,7 +179,16 @@ fn tell_answers(found: &[Shapes]) {
             row
         })
     });
-    let header = ["material", "for", "texels", "axis of mu", "storage", "bytes", "CPU time", "error"];
+    let header = [
+        "material",
+        "for",
+        "texels",
+        "axis of mu",
+        "storage",
+        "bytes",
+        "CPU time",
+        "error",
+    ];
     let right = ["texels", "bytes", "CPU time"];
     format::say(format::table(&header, &right, rows.map(|row| filled(row, header.len())).collect()).to_string());
     for shapes in found {
@@ -205,12 +219,20 @@ fn tell_contests(contests: &[Contest]) {
         }
         row
     });
-    let header = ["lobe", "texels", "quadrature", "rival", "samples/texel", "its CPU time", "ratio"];
+    let header = [
+        "lobe",
+        "texels",
+        "quadrature",
+        "rival",
+        "samples/texel",
+        "its CPU time",
+        "ratio",
+    ];
     let right = ["quadrature", "samples/texel", "its CPU time", "ratio"];
     format::say(format::table(&header, &right, rows.map(|row| filled(row, header.len())).collect()).to_string());
     if let Some(rival) = contests.iter().find_map(|contest| contest.rival.as_ref()) {
         format::say(format!(
-            "The rival is timed on {} texels of each table, spread evenly; no time for finding out its own error is counted.",
+            "The rival is timed on {} texels of each table, spread evenly, with the fewest samples that a table of one count needs.",
             rival.texels
         ));
     }
@@ -218,7 +240,15 @@ fn tell_contests(contests: &[Contest]) {
 
 fn tell_accuracy(studies: &[Accuracy]) {
     format::say("\nEstimators, of each kind the sampling that does most with its time (all are in the files):\n\n");
-    let header = ["material", "estimator", "order", "CPU for 1e-3", "for 1e-4", "for 1e-6", "stated errors that hold"];
+    let header = [
+        "material",
+        "estimator",
+        "order",
+        "CPU for 1e-3",
+        "for 1e-4",
+        "for 1e-6",
+        "stated errors that hold",
+    ];
     let rows = studies.iter().flat_map(|study| {
         let best = Kin::COMPARED.into_iter().filter_map(|kin| study.best(kin));
         best.map(|curve| row(study, curve)).collect::<Vec<_>>()
@@ -256,7 +286,11 @@ fn row(study: &Accuracy, curve: &Curve) -> Vec<String> {
         time(1e-3),
         time(1e-4),
         time(1e-6),
-        format!("{:.2} % of {}", 100.0 * covered as f64 / values.max(1) as f64, format::count(values)),
+        format!(
+            "{:.2} % of {}",
+            100.0 * covered as f64 / values.max(1) as f64,
+            format::count(values)
+        ),
     ]
 }
 

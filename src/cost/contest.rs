@@ -1,7 +1,7 @@
 //! Quadrature against our own best quasi-Monte Carlo estimator, at equal error, on the table that engines bake: mu by
 //! perceptual roughness.
 
-use super::clock::Seconds;
+use super::clock::{Seconds, timed};
 use super::families::Kin;
 use super::ladder::compute;
 use super::scaling::microfacet;
@@ -11,6 +11,7 @@ use super::{CostError, workers};
 use crate::bxdf::Model;
 use crate::estimate::{Effort, Estimate, Estimator};
 use crate::integrate::Target;
+use crate::parameter::PHONG_N;
 use crate::scene::Material;
 
 /// Largest error that both sides keep.
@@ -58,7 +59,7 @@ impl Contest {
 }
 
 /// The lobes, with the roughness parameter that goes with alpha = roughness^2: kappa = 2/alpha^2 and n = 2/alpha^2 - 2 make
-/// lobes as wide as Beckmann's with m = alpha.
+/// lobes as wide as Beckmann's with m = alpha, as far as n goes.
 const LOBES: [(&str, &str); 4] = [
     ("GGX, Smith correlated", "smith-correlated"),
     ("Beckmann, V-groove", "v-groove"),
@@ -71,7 +72,10 @@ fn distribution(lobe: usize, alpha: f64) -> String {
         0 => format!("{{ type = \"ggx\", alpha = {alpha:?} }}"),
         1 => format!("{{ type = \"beckmann\", m = {alpha:?} }}"),
         2 => format!("{{ type = \"vmf\", kappa = {:?} }}", 2.0 / (alpha * alpha)),
-        _ => format!("{{ type = \"phong\", n = {:?} }}", (2.0 / (alpha * alpha) - 2.0).max(0.0)),
+        _ => format!(
+            "{{ type = \"phong\", n = {:?} }}",
+            (2.0 / (alpha * alpha) - 2.0).clamp(0.0, PHONG_N.max)
+        ),
     }
 }
 
@@ -140,16 +144,17 @@ fn contest(lobe: usize, settings: &Settings, budget: &Budget) -> Result<Contest,
         source,
     };
     let whole = texels(&rows, size, 1)?;
-    let (found, quadrature) = super::clock::timed(|| compute(&whole, Estimator::Quadrature, effort(ERROR)));
-    let (found, quadrature_evaluations) = found.map_err(failed)?;
-    let (truth, _) = compute(&whole, Estimator::Quadrature, effort(REFERENCE)).map_err(failed)?;
+    let (table, quadrature) = timed(|| compute(&whole, Estimator::Quadrature, effort(ERROR)));
+    let (_, quadrature_evaluations) = table.map_err(failed)?;
+    // both sides are compared with the truth at the same texels
     let some = texels(&rows, size, settings.contest_stride)?;
+    let (found, _) = compute(&some, Estimator::Quadrature, effort(ERROR)).map_err(failed)?;
     let (known, _) = compute(&some, Estimator::Quadrature, effort(REFERENCE)).map_err(failed)?;
     Ok(Contest {
         lobe: name,
         size,
         quadrature,
-        quadrature_error: distance(&found, &truth),
+        quadrature_error: distance(&found, &known),
         quadrature_evaluations,
         rival: rival(&some, &known, settings, budget),
     })
@@ -157,7 +162,9 @@ fn contest(lobe: usize, settings: &Settings, budget: &Budget) -> Result<Contest,
 
 fn distance(found: &[Estimate], truth: &[Estimate]) -> f64 {
     let pairs = found.iter().zip(truth);
-    pairs.map(|(a, b)| (a.value - b.value).abs().max_element()).fold(0.0, f64::max)
+    pairs
+        .map(|(a, b)| (a.value - b.value).abs().max_element())
+        .fold(0.0, f64::max)
 }
 
 /// The sampling that does most with its time, with as many samples as the error needs.
@@ -168,13 +175,19 @@ fn rival(some: &Subject, known: &[Estimate], settings: &Settings, budget: &Budge
             samples: Some(samples),
             seed: settings.seed,
         };
-        let (result, seconds) = super::clock::timed(|| compute(some, estimator, effort));
+        let (result, seconds) = timed(|| compute(some, estimator, effort));
         let (found, _) = result.ok()?;
         Some((distance(&found, known), seconds.cpu))
     };
-    let of_kind = |kin| Estimator::ALL.into_iter().filter(move |estimator| Kin::of(*estimator) == kin);
+    let of_kind = |kin| {
+        Estimator::ALL
+            .into_iter()
+            .filter(move |estimator| Kin::of(*estimator) == kin)
+    };
     // without quasi-random points the independent ones stand in
-    let kin = [Kin::Qmc, Kin::MonteCarlo].into_iter().find(|kin| of_kind(*kin).next().is_some())?;
+    let kin = [Kin::Qmc, Kin::MonteCarlo]
+        .into_iter()
+        .find(|kin| of_kind(*kin).next().is_some())?;
     let heats = of_kind(kin).filter_map(|estimator| {
         let (error, cpu) = run(estimator, HEAT)?;
         Some((error * cpu.sqrt(), estimator))

@@ -170,6 +170,7 @@ pub fn json(report: &Report) -> Value {
         "threads": settings.threads,
         "seconds": report.wall,
         "budget": settings.seconds,
+        "parts": report.parts.iter().map(|(what, seconds)| json!({ "part": what, "seconds": seconds })).collect::<Vec<_>>(),
         "cpu_seconds": "CPU time of the one thread that computed a table alone",
         "accuracy": report.accuracy.iter().map(accuracy).collect::<Vec<_>>(),
         "tables": report.shapes.iter().map(shapes).collect::<Vec<_>>(),

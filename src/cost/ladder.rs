@@ -275,7 +275,9 @@ pub(super) fn study(
             unsupported: subject.unsupported(estimator),
             runs: Vec::new(),
         };
-        let curves = Estimator::ALL.into_iter().filter(|estimator| *estimator != Estimator::Auto);
+        let curves = Estimator::ALL
+            .into_iter()
+            .filter(|estimator| *estimator != Estimator::Auto);
         studies.push(Accuracy {
             curves: curves.map(curve).collect(),
             subject,
@@ -356,7 +358,9 @@ fn weight(subject: &Subject, rung: Rung) -> u64 {
 /// The weights of all runs of a study together, what its progress counts up to.
 pub(super) fn work(subjects: &[Subject], settings: &Settings) -> u64 {
     let one = |subject: &Subject| {
-        let curves = Estimator::ALL.into_iter().filter(|estimator| *estimator != Estimator::Auto);
+        let curves = Estimator::ALL
+            .into_iter()
+            .filter(|estimator| *estimator != Estimator::Auto);
         let supported = curves.filter(|estimator| subject.unsupported(*estimator).is_none());
         let rungs = supported.flat_map(|estimator| settings.ladder(subject, estimator));
         rungs.map(|(rung, seeds)| seeds * weight(subject, rung)).sum::<u64>() + subject.texels() as u64
@@ -462,7 +466,9 @@ impl Point<'_> {
 
 /// Smallest, geometric mean, largest.
 fn spread(values: impl Iterator<Item = f64> + Clone) -> [f64; 3] {
-    let (n, logs) = values.clone().fold((0.0, 0.0), |(n, sum), value| (n + 1.0, sum + value.ln()));
+    let (n, logs) = values
+        .clone()
+        .fold((0.0, 0.0), |(n, sum), value| (n + 1.0, sum + value.ln()));
     let least = values.clone().fold(f64::INFINITY, f64::min);
     let most = values.fold(0.0, f64::max);
     // the mean of a zero and others is zero

@@ -1,12 +1,12 @@
 //! The whole study.
 
+use super::CostError;
 use super::contest::{self, Contest, contests};
 use super::ladder::{self, Accuracy};
 use super::scaling::{self, Grown, scaling};
 use super::settings::{Budget, Settings};
 use super::shape::{Shapes, shapes};
 use super::subject::Subject;
-use super::CostError;
 use crate::scene::Material;
 use std::time::Instant;
 
@@ -25,6 +25,8 @@ pub struct Report {
     pub contests: Vec<Contest>,
     /// Wall seconds of the whole study.
     pub wall: f64,
+    /// Wall seconds of each part.
+    pub parts: Vec<(&'static str, f64)>,
 }
 
 /// Progress of a study: what is going on, how much of it there is, and calls as it is done.
@@ -59,20 +61,33 @@ pub fn run(materials: &[&Material], settings: &Settings, watch: &dyn Watch) -> R
         .iter()
         .map(|material| Subject::new(material, settings.texels))
         .collect::<Result<_, _>>()?;
-    watch.begin("growing the work", scaling::work(settings));
+    let mut parts = Vec::new();
+    let mut part = |what, work| {
+        parts.push((what, begin.elapsed().as_secs_f64()));
+        watch.begin(what, work);
+    };
+    part("growing the work", scaling::work(settings));
     let scaling = scaling(settings, &until(SHARES[0]), &progress)?;
-    watch.begin("shaping tables", materials.len() as u64);
+    part("shaping tables", materials.len() as u64);
     let shapes = shapes(materials, settings, &until(SHARES[1]), &progress)?;
-    watch.begin("quadrature against samples", contest::work());
+    part("quadrature against samples", contest::work());
     let contests = contests(settings, &until(SHARES[2]), &progress)?;
-    watch.begin("climbing ladders", ladder::work(&subjects, settings));
+    part("climbing ladders", ladder::work(&subjects, settings));
     let accuracy = ladder::study(subjects, settings, &until(1.0), &progress)?;
+    let wall = begin.elapsed().as_secs_f64();
+    // from beginnings to durations
+    let ends: Vec<f64> = parts.iter().skip(1).map(|(_, begin)| *begin).chain([wall]).collect();
+    parts
+        .iter_mut()
+        .zip(ends)
+        .for_each(|((_, seconds), end)| *seconds = end - *seconds);
     Ok(Report {
         settings: settings.clone(),
         accuracy,
         shapes,
         scaling,
         contests,
-        wall: begin.elapsed().as_secs_f64(),
+        wall,
+        parts,
     })
 }

@@ -21,6 +21,10 @@ pub struct Settings {
     pub reference_samples: u64,
     /// Texels along mu of the tables that lookups are studied on.
     pub sizes: Vec<usize>,
+    /// Texels of the largest table with two axes.
+    pub crossed: usize,
+    /// Error of the texels of these tables, well below what their shapes cost; the reference has a tenth of it.
+    pub texel_tolerance: f64,
     /// Places at which a lookup is compared.
     pub places: usize,
     /// Texels along each axis of the tables by which quadrature and quasi-Monte Carlo are compared.
@@ -40,11 +44,13 @@ impl Settings {
     pub fn full(seed: u64, threads: usize) -> Self {
         Self {
             texels: 64,
-            samples: (4..=8).map(|k| 1 << (2 * k)).collect(),
+            samples: (5..=8).map(|k| 1 << (2 * k)).collect(),
             tolerances: (2..=11).map(|digits| 10f64.powi(-digits)).collect(),
             seeds: 4,
             reference_samples: 1 << 18,
             sizes: (3..=9).map(|k| 1 << k).collect(),
+            crossed: 8192,
+            texel_tolerance: 1e-7,
             places: 2048,
             contest: 64,
             contest_stride: 4,
@@ -57,13 +63,15 @@ impl Settings {
     /// The same questions with smaller tables, in some seconds.
     pub fn quick(seed: u64, threads: usize) -> Self {
         Self {
-            texels: 16,
-            samples: (4..=6).map(|k| 1 << (2 * k)).collect(),
+            texels: 12,
+            samples: [9, 11, 13].map(|k| 1 << k).to_vec(),
             tolerances: (1..=5).map(|k| 10f64.powi(-2 * k)).collect(),
-            seeds: 3,
-            reference_samples: 1 << 15,
+            seeds: 2,
+            reference_samples: 1 << 17,
             sizes: (3..=8).map(|k| 1 << k).collect(),
-            places: 256,
+            crossed: 512,
+            texel_tolerance: 1e-6,
+            places: 128,
             contest: 64,
             contest_stride: 16,
             seed,

@@ -4,8 +4,8 @@ use super::clock::{Seconds, timed};
 use super::settings::{Budget, Settings};
 use super::subject::plan_of;
 use super::{CostError, workers};
-use crate::integrate::texels;
 use crate::integrate::seen::Reference;
+use crate::integrate::texels;
 use crate::plan::TablePlan;
 use crate::scene::Material;
 use crate::table::Storage;
@@ -56,9 +56,8 @@ pub struct Shapes {
     pub left_out: usize,
 }
 
-/// Error of the texels of studied tables, and of the reference: both well below what shapes cost.
-const TEXELS: f64 = 1e-7;
-const REFERENCE: f64 = 1e-8;
+/// Error of the reference over that of the texels.
+const REFERENCE_SHARE: f64 = 0.1;
 
 /// Errors on the screen that answers are for: one step of 8 bits is 4e-3, one of 10 bits 1e-3.
 const TARGETS: [f64; 3] = [1e-2, 1e-3, 1e-4];
@@ -66,8 +65,12 @@ const TARGETS: [f64; 3] = [1e-2, 1e-3, 1e-4];
 /// Share of the error on the screen that texels of an answer may have.
 const TEXEL_SHARE: f64 = 0.05;
 
-/// Texels of the largest table with two axes, over those of the largest with one.
-const CROSSED: usize = 16;
+/// A material on which tables are judged.
+struct Ground {
+    found: Shapes,
+    /// Nothing where there are no tables.
+    judged: Option<(TablePlan, Reference)>,
+}
 
 /// Studies the tables of `materials`.
 ///
@@ -79,15 +82,45 @@ pub(super) fn shapes(
     budget: &Budget,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Shapes>, CostError> {
-    let results = workers::run(settings.threads, materials, |material| {
-        let found = of_material(material, settings, budget);
-        progress(1);
-        found
+    let grounds = workers::run(settings.threads, materials, |material| ground(material, settings))?;
+    let mut grounds: Vec<Ground> = grounds.into_iter().collect::<Result<_, _>>()?;
+    let mut jobs: Vec<(usize, Vec<Axis>)> = Vec::new();
+    for (index, ground) in grounds.iter().enumerate() {
+        if let Some((plan, _)) = &ground.judged {
+            jobs.extend(ladder(plan, settings).into_iter().map(|axes| (index, axes)));
+        }
+    }
+    // the small tables of all materials first: when time is up, all have come equally far
+    jobs.sort_by_key(|(_, axes)| axes.iter().map(|axis| axis.size).product::<usize>());
+    let results = workers::run(settings.threads, &jobs, |(index, axes)| {
+        let (plan, judge) = grounds[*index].judged.as_ref()?;
+        budget.allows(0.0).then(|| of_axes(plan, judge, axes))
     })?;
-    results.into_iter().collect()
+    for ((index, _), result) in jobs.iter().zip(results) {
+        let found = &mut grounds[*index].found;
+        match result {
+            Some(shapes) => found.shapes.extend(shapes),
+            None => found.left_out += 1,
+        }
+    }
+    let answered = workers::run(settings.threads, &grounds, |ground| {
+        let answers = ground
+            .judged
+            .as_ref()
+            .map_or_else(Vec::new, |(plan, _)| answers(plan, &ground.found.shapes, settings));
+        progress(1);
+        answers
+    })?;
+    let found = grounds.into_iter().zip(answered);
+    Ok(found
+        .map(|(ground, answers)| Shapes {
+            answers,
+            ..ground.found
+        })
+        .collect())
 }
 
-fn of_material(material: &Material, settings: &Settings, budget: &Budget) -> Result<Shapes, CostError> {
+fn ground(material: &Material, settings: &Settings) -> Result<Ground, CostError> {
     let mut found = Shapes {
         material: material.name.clone(),
         skipped: None,
@@ -95,45 +128,47 @@ fn of_material(material: &Material, settings: &Settings, budget: &Budget) -> Res
         answers: Vec::new(),
         left_out: 0,
     };
-    if material.model.at(None)?.is_irregular() {
+    let judged = if material.model.at(None)?.is_irregular() {
         found.skipped = Some("the noise of samples hides what the shape of a table costs".into());
-        return Ok(found);
-    }
-    let plan = with_tolerance(plan_of(material, 2, 2)?, TEXELS);
-    let judge = match Reference::new(&plan, REFERENCE, settings.seed, settings.places) {
-        Ok(judge) => judge,
-        Err(error) => {
-            found.skipped = Some(error.to_string());
-            return Ok(found);
+        None
+    } else {
+        let plan = with_tolerance(plan_of(material, 2, 2)?, settings.texel_tolerance);
+        match Reference::new(
+            &plan,
+            REFERENCE_SHARE * settings.texel_tolerance,
+            settings.seed,
+            settings.places,
+        ) {
+            Ok(judge) => Some((plan, judge)),
+            Err(error) => {
+                found.skipped = Some(error.to_string());
+                None
+            }
         }
     };
-    for axes in ladder(&plan, settings)? {
-        if !budget.allows(0.0) {
-            found.left_out += 1;
-            continue;
+    Ok(Ground { found, judged })
+}
+
+/// The table over `axes` in every storage that holds its values.
+fn of_axes(plan: &TablePlan, judge: &Reference, axes: &[Axis]) -> Vec<Shape> {
+    let (table, seconds) = timed(|| texels(plan, axes, &|_| {}));
+    // axes that reach a place where the integral diverges are no choice
+    let Ok(table) = table else { return Vec::new() };
+    let storages = Storage::ALL.into_iter().filter(|storage| table.fits(*storage));
+    let shape = |storage| {
+        let seen = judge.seen(&table, storage);
+        Shape {
+            axes: axes.to_vec(),
+            storage,
+            bytes: table.texture_bytes(storage),
+            max_error: seen.max,
+            rms_error: seen.rms,
+            anywhere: seen.anywhere,
+            seconds,
+            evaluations: table.evaluations,
         }
-        let (table, seconds) = timed(|| texels(&plan, &axes, &|_| {}));
-        // axes that reach a place where the integral diverges are no choice
-        let Ok(table) = table else { continue };
-        for storage in Storage::ALL {
-            if !table.fits(storage) {
-                continue;
-            }
-            let seen = judge.seen(&table, storage);
-            found.shapes.push(Shape {
-                axes: axes.clone(),
-                storage,
-                bytes: table.texture_bytes(storage),
-                max_error: seen.max,
-                rms_error: seen.rms,
-                anywhere: seen.anywhere,
-                seconds,
-                evaluations: table.evaluations,
-            });
-        }
-    }
-    found.answers = answers(&plan, &found.shapes, settings);
-    Ok(found)
+    };
+    storages.map(shape).collect()
 }
 
 fn with_tolerance(mut plan: TablePlan, tolerance: f64) -> TablePlan {
@@ -142,15 +177,14 @@ fn with_tolerance(mut plan: TablePlan, tolerance: f64) -> TablePlan {
 }
 
 /// The axes of all tables, the smallest first: each size with each mapping of mu.
-fn ladder(plan: &TablePlan, settings: &Settings) -> Result<Vec<Vec<Axis>>, CostError> {
+fn ladder(plan: &TablePlan, settings: &Settings) -> Vec<Vec<Axis>> {
     let mut all = Vec::new();
-    let largest = settings.sizes.iter().copied().max().unwrap_or(0);
     for &size in &settings.sizes {
         for axes in &plan.alternatives {
             let crossed = axes.len() > 1;
             // the second axis half as fine as the first
             let second = size.div_ceil(2).max(2);
-            if crossed && size * second > CROSSED * largest {
+            if crossed && size * second > settings.crossed {
                 continue;
             }
             let sized = axes.iter().enumerate().map(|(k, axis)| Axis {
@@ -160,7 +194,7 @@ fn ladder(plan: &TablePlan, settings: &Settings) -> Result<Vec<Vec<Axis>>, CostE
             all.push(sized.collect());
         }
     }
-    Ok(all)
+    all
 }
 
 /// For each target the smallest table whose lookups met it everywhere, computed to no more than it needs and judged again, at
@@ -170,7 +204,7 @@ fn answers(plan: &TablePlan, shapes: &[Shape], settings: &Settings) -> Vec<Answe
     // the simplest mapping first among equals, which is the order of the alternatives; the sort is stable
     by_size.sort_by_key(|shape| shape.bytes);
     let other = settings.seed.wrapping_add(1);
-    let Ok(judge) = Reference::new(plan, REFERENCE, other, settings.places) else {
+    let Ok(judge) = Reference::new(plan, REFERENCE_SHARE * settings.texel_tolerance, other, settings.places) else {
         return Vec::new();
     };
     let answer = |target: f64| {

@@ -89,7 +89,11 @@ impl Subject {
         // dense at grazing angles, where the horizon cuts lobes
         let over = |resolution: usize| plan_over(material, resolution.max(2), ACROSS, Some(Mapping::SqrtMu));
         let flat = over(texels)?;
-        let plan = if flat.texels() > texels.max(2) { over(texels / ACROSS)? } else { flat };
+        let plan = if flat.texels() > texels.max(2) {
+            over(texels / ACROSS)?
+        } else {
+            flat
+        };
         let axes = plan.alternatives.first().cloned().unwrap_or_default();
         let along = Coordinates::new(&axes);
         // the first axis runs fastest: mu

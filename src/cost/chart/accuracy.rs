@@ -1,7 +1,7 @@
 //! Error against CPU time, a panel for each material.
 
 use super::canvas::Canvas;
-use super::figure::{Datum, Figure, Panel, Series, draw};
+use super::figure::{Datum, Figure, Legend, Panel, Series, draw};
 use super::palette::{BACKGROUND, LOOKS};
 use super::scale::Kind;
 use crate::cost::families::Kin;
@@ -9,32 +9,46 @@ use crate::cost::ladder::{Accuracy, Curve, Reference};
 
 /// Largest error over the table against the CPU seconds that the table takes.
 pub fn accuracy(studies: &[Accuracy]) -> Canvas {
+    let texels = studies
+        .iter()
+        .map(|study| study.subject.texels())
+        .max()
+        .unwrap_or_default();
     let seeds = studies.iter().flat_map(|study| &study.curves);
-    let seeds = seeds.flat_map(|curve| curve.points()).map(|point| point.runs.len()).max();
+    let seeds = seeds
+        .flat_map(|curve| curve.points())
+        .map(|point| point.runs.len())
+        .max();
     draw(&Figure {
         title: "What accuracy costs: error of a table against the time to compute it".into(),
         legend: legend(),
         panels: studies.iter().map(panel).collect(),
         columns: 3,
-        shared: [false, true],
+        shared: [true, true],
         caption: vec![
             format!(
                 "Markers: geometric mean of {} seeds; bars: smallest and largest. Hollow: below the error of the reference, \
                  which is shown instead.",
                 seeds.unwrap_or(1)
             ),
-            "Of each kind of points the sampling that does most with its time is named above its panel; all others are grey.".into(),
+            format!(
+                "Tables of {texels} texels, a quarter of that for measured samples. Above each panel: of each kind of points the \
+                 sampling that does most with its time; all others are grey."
+            ),
         ],
         margin: 4.0,
     })
 }
 
 /// What the curves of the materials mean.
-pub(super) fn legend() -> Vec<(String, super::figure::Look)> {
+pub(super) fn legend() -> Vec<Legend> {
     let compared = Kin::COMPARED.iter().zip(LOOKS);
     let mut legend: Vec<_> = compared.map(|(kin, look)| (kin.name().to_owned(), look)).collect();
     legend.push(("other samplings".into(), BACKGROUND));
-    legend
+    vec![Legend {
+        heading: "",
+        entries: legend,
+    }]
 }
 
 /// The best of each kind, and all the others behind them.
@@ -48,24 +62,30 @@ pub(super) fn chosen(study: &Accuracy) -> (Vec<(Kin, &Curve)>, Vec<&Curve>) {
     (best, others)
 }
 
-/// The samplings of the best curves: `visible`, or `qmc visible, mc bxdf` where they differ.
+/// The samplings of the best curves: `all visible`, or `qmc visible, mc bxdf` where they differ.
 pub(super) fn samplings(best: &[(Kin, &Curve)]) -> String {
     let random = best.iter().filter(|(kin, _)| *kin != Kin::Quadrature);
     let split: Vec<(&str, &str)> = random
         .filter_map(|(_, curve)| curve.estimator.name().split_once('-'))
         .collect();
     match split.first() {
-        None => String::new(),
-        Some((_, first)) if split.iter().all(|(_, sampling)| sampling == first) => format!("sampling: {first}"),
-        Some(_) => {
-            let each: Vec<String> = split.iter().map(|(kin, sampling)| format!("{kin} {sampling}")).collect();
-            format!("sampling: {}", each.join(", "))
+        Some((_, first)) if split.iter().all(|(_, sampling)| sampling == first) => format!("all {first}"),
+        _ => {
+            let each: Vec<String> = split
+                .iter()
+                .map(|(kin, sampling)| format!("{kin} {sampling}"))
+                .collect();
+            each.join(", ")
         }
     }
 }
 
 /// Data of a curve; errors that the reference does not resolve stand at its own.
-pub(super) fn data(curve: &Curve, reference: &Reference, x: impl Fn(&crate::cost::ladder::Point<'_>) -> f64) -> Vec<Datum> {
+pub(super) fn data(
+    curve: &Curve,
+    reference: &Reference,
+    x: impl Fn(&crate::cost::ladder::Point<'_>) -> f64,
+) -> Vec<Datum> {
     let points = curve.points();
     let datum = points.iter().map(|point| {
         let [low, mean, high] = point.max_errors();
@@ -100,7 +120,7 @@ fn panel(study: &Accuracy) -> Panel {
     });
     Panel {
         title: study.subject.material.clone(),
-        note: format!("{} texels; {}", study.subject.texels(), samplings(&best)),
+        note: samplings(&best),
         x: "CPU time of the table / s",
         y: "largest error",
         kinds: [Kind::Decades, Kind::Decades],

@@ -100,10 +100,7 @@ pub(super) fn outline(shape: Shape, [x, y]: [f64; 2], radius: f64) -> Vec<[f64; 
     (0..corners)
         .map(|k| {
             let angle = std::f64::consts::TAU * (f64::from(k) / f64::from(corners) + turn);
-            [
-                x + scale * radius * angle.cos(),
-                y + scale * radius * angle.sin(),
-            ]
+            [x + scale * radius * angle.cos(), y + scale * radius * angle.sin()]
         })
         .collect()
 }

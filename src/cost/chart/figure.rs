@@ -46,11 +46,19 @@ pub(super) struct Panel {
     pub(super) series: Vec<Series>,
 }
 
+/// A row of the legend.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Legend {
+    /// Before the entries, in bold; may be empty.
+    pub(super) heading: &'static str,
+    pub(super) entries: Vec<(String, Look)>,
+}
+
 /// All of it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Figure {
     pub(super) title: String,
-    pub(super) legend: Vec<(String, Look)>,
+    pub(super) legend: Vec<Legend>,
     pub(super) panels: Vec<Panel>,
     pub(super) columns: usize,
     /// Whether all panels have the same axes.
@@ -98,12 +106,14 @@ pub(super) fn draw(figure: &Figure) -> Canvas {
     let cell = [LEFT + PANEL[0] + figure.margin + 6.0, TOP + PANEL[1] + BOTTOM];
     let width = EDGE + columns as f64 * cell[0] + EDGE;
     let legend = legend_rows(&figure.legend, width - 2.0 * EDGE);
-    let head = EDGE + 20.0 + 18.0 * legend.len() as f64 + 6.0;
+    let head = EDGE + 24.0 + 18.0 * legend.len() as f64 + 8.0;
     let foot = 14.0 * figure.caption.len() as f64 + EDGE;
     let mut canvas = Canvas::new(width, head + rows as f64 * cell[1] + foot, &figure.title);
     canvas.bold([EDGE, EDGE + 12.0], &figure.title, LARGE, Anchor::Start);
-    for (row, entries) in legend.iter().enumerate() {
-        draw_legend(&mut canvas, entries, EDGE + 36.0 + 18.0 * row as f64);
+    for (row, (heading, entries)) in legend.iter().enumerate() {
+        let y = EDGE + 36.0 + 18.0 * row as f64;
+        canvas.bold([EDGE, y + 3.7], heading, NORMAL, Anchor::Start);
+        draw_legend(&mut canvas, entries, y);
     }
     let common = [0, 1].map(|axis| {
         let kind = figure.panels.first().map_or(Kind::Linear, |panel| panel.kinds[axis]);
@@ -111,10 +121,7 @@ pub(super) fn draw(figure: &Figure) -> Canvas {
     });
     for (index, panel) in figure.panels.iter().enumerate() {
         let (column, row) = (index % columns, index / columns);
-        let corner = [
-            EDGE + column as f64 * cell[0] + LEFT,
-            head + row as f64 * cell[1] + TOP,
-        ];
+        let corner = [EDGE + column as f64 * cell[0] + LEFT, head + row as f64 * cell[1] + TOP];
         let scales = [0, 1].map(|axis| match figure.shared[axis] {
             true => common[axis],
             false => Scale::around(panel.kinds[axis], panel.values(axis)),
@@ -130,20 +137,28 @@ pub(super) fn draw(figure: &Figure) -> Canvas {
 
 type Entry<'a> = (&'a str, Look, f64);
 
-/// Entries with their left ends, in as many rows as they need.
-fn legend_rows(legend: &[(String, Look)], width: f64) -> Vec<Vec<Entry<'_>>> {
-    let mut rows: Vec<Vec<Entry<'_>>> = Vec::new();
-    let mut x = f64::INFINITY;
-    for (text, look) in legend {
-        let needed = 34.0 + font::width(text, NORMAL, false) + 18.0;
-        if x + needed > width {
-            rows.push(Vec::new());
-            x = 0.0;
+/// Entries with their left ends, each group in as many rows as it needs.
+fn legend_rows(groups: &[Legend], width: f64) -> Vec<(&'static str, Vec<Entry<'_>>)> {
+    let indent = groups
+        .iter()
+        .map(|group| font::width(group.heading, NORMAL, true))
+        .fold(0.0, f64::max);
+    let indent = if indent > 0.0 { indent + 14.0 } else { 0.0 };
+    let mut rows: Vec<(&'static str, Vec<Entry<'_>>)> = Vec::new();
+    for group in groups {
+        rows.push((group.heading, Vec::new()));
+        let mut x = indent;
+        for (text, look) in &group.entries {
+            let needed = 34.0 + font::width(text, NORMAL, false) + 18.0;
+            if x > indent && x + needed > width {
+                rows.push(("", Vec::new()));
+                x = indent;
+            }
+            if let Some((_, row)) = rows.last_mut() {
+                row.push((text, *look, EDGE + x));
+            }
+            x += needed;
         }
-        if let Some(row) = rows.last_mut() {
-            row.push((text, *look, EDGE + x));
-        }
-        x += needed;
     }
     rows
 }
@@ -187,7 +202,13 @@ fn draw_panel(canvas: &mut Canvas, panel: &Panel, [left, top]: [f64; 2], scales:
     let corners = [[0.0, 0.0], [0.0, height], [width, height]];
     let frame = corners.map(|[x, y]| [left + x, top + y]).to_vec();
     canvas.line(frame, Stroke::solid(INK, 0.9));
-    canvas.text([left + 0.5 * width, top + height + 27.0], panel.x, SMALL + 0.5, Anchor::Middle, INK);
+    canvas.text(
+        [left + 0.5 * width, top + height + 27.0],
+        panel.x,
+        SMALL + 0.5,
+        Anchor::Middle,
+        INK,
+    );
     canvas.upright([left - 40.0, top + 0.5 * height], panel.y, SMALL + 0.5);
     // lines below all markers
     for series in &panel.series {

@@ -47,7 +47,8 @@ pub(super) fn draw<P: OutlineBuilder>(text: &str, bold: bool, pen: &mut P, mut p
 /// A power of ten with raised digits, 10 to the `exponent`.
 pub(super) fn power_of_ten(exponent: i32) -> String {
     const RAISED: [char; 10] = [
-        '\u{2070}', '\u{b9}', '\u{b2}', '\u{b3}', '\u{2074}', '\u{2075}', '\u{2076}', '\u{2077}', '\u{2078}', '\u{2079}',
+        '\u{2070}', '\u{b9}', '\u{b2}', '\u{b3}', '\u{2074}', '\u{2075}', '\u{2076}', '\u{2077}', '\u{2078}',
+        '\u{2079}',
     ];
     let raise = |letter: char| match letter.to_digit(10) {
         Some(digit) => RAISED[digit as usize],
@@ -68,7 +69,9 @@ mod tests {
     fn the_font_has_all_letters_of_charts() {
         let raised = power_of_ten(-1_234_567_890);
         assert!(raised.starts_with("10\u{207b}\u{b9}"));
-        let letters = (' '..='~').chain(raised.chars()).chain("\u{2212}\u{b1}\u{b5}\u{d7}\u{b7}\u{221a}\u{3b1}".chars());
+        let letters = (' '..='~')
+            .chain(raised.chars())
+            .chain("\u{2212}\u{b1}\u{b5}\u{d7}\u{b7}\u{221a}\u{3b1}".chars());
         for letter in letters {
             assert!(REGULAR.glyph_index(letter).is_some(), "{letter:?}");
         }

@@ -87,7 +87,11 @@ fn along(points: &[[f64; 2]], closed: bool) -> Option<Path> {
     let mut path = PathBuilder::new();
     for (index, [x, y]) in points.iter().enumerate() {
         let (x, y) = (*x as f32, *y as f32);
-        if index == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
+        if index == 0 {
+            path.move_to(x, y)
+        } else {
+            path.line_to(x, y)
+        }
     }
     if closed {
         path.close();

@@ -41,7 +41,9 @@ fn panel(study: &Accuracy) -> Panel {
     let front = best.iter().rev().map(|(kin, curve)| {
         let index = Kin::COMPARED.iter().position(|other| other == kin).unwrap_or_default();
         let label = match kin {
-            Kin::Quadrature => curve.per_digit().map(|line| format!("{:.0}/digit", line.slope / texels)),
+            Kin::Quadrature => curve
+                .per_digit()
+                .map(|line| format!("{:.0}/digit", line.slope / texels)),
             _ => curve
                 .order(&study.reference)
                 .map(|line| format!("{} \u{b1} {:.2}", signed(line.slope), line.slope_error)),

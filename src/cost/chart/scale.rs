@@ -75,7 +75,10 @@ impl Scale {
     /// Whole powers of `base`, thinned out evenly where there are many.
     fn powers(&self, base: f64, name: impl Fn(i32) -> String) -> Vec<(f64, String)> {
         let log = |value: f64| value.ln() / base.ln();
-        let (first, last) = ((log(self.min) - 1e-9).ceil() as i32, (log(self.max) + 1e-9).floor() as i32);
+        let (first, last) = (
+            (log(self.min) - 1e-9).ceil() as i32,
+            (log(self.max) + 1e-9).floor() as i32,
+        );
         let count = (last - first + 1).max(0) as usize;
         let step = count.div_ceil(MARKS).max(1) as i32;
         (first..=last)
@@ -130,15 +133,26 @@ mod tests {
         let errors = Scale::around(Kind::Decades, [1e-13, 1.0].into_iter());
         let shown = errors.marks();
         assert!(shown.len() >= 4 && shown.len() <= MARKS, "{shown:?}");
-        assert!(shown.iter().all(|(value, _)| *value >= errors.min && *value <= errors.max));
+        assert!(
+            shown
+                .iter()
+                .all(|(value, _)| *value >= errors.min && *value <= errors.max)
+        );
         let sizes = Scale::around(Kind::Octaves, [8.0, 64.0].into_iter());
         assert_eq!(names(&sizes), ["8", "16", "32", "64"]);
         let linear = Scale::around(Kind::Linear, [0.0, 12.0].into_iter());
         assert_eq!(names(&linear), ["0", "5", "10"]);
-        assert_eq!(names(&Scale::around(Kind::Linear, [0.2].into_iter())), ["0.00", "0.05", "0.10", "0.15", "0.20"]);
+        assert_eq!(
+            names(&Scale::around(Kind::Linear, [0.2].into_iter())),
+            ["0.00", "0.05", "0.10", "0.15", "0.20"]
+        );
         assert!(Scale::around(Kind::Decades, [2.0, 3.0].into_iter()).marks().len() >= 2);
         // nothing to show is no reason to fail
         assert!(!Scale::around(Kind::Decades, std::iter::empty()).marks().is_empty());
-        assert!(!Scale::around(Kind::Decades, [0.0, f64::NAN, f64::INFINITY].into_iter()).marks().is_empty());
+        assert!(
+            !Scale::around(Kind::Decades, [0.0, f64::NAN, f64::INFINITY].into_iter())
+                .marks()
+                .is_empty()
+        );
     }
 }

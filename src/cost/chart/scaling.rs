@@ -1,7 +1,7 @@
 //! How cost grows with the work.
 
 use super::canvas::Canvas;
-use super::figure::{Datum, Figure, Panel, Series, draw};
+use super::figure::{Datum, Figure, Legend, Panel, Series, draw};
 use super::palette::LOOKS;
 use super::scale::Kind;
 use crate::cost::Line;
@@ -18,13 +18,20 @@ pub fn scaling(found: &[Grown]) -> Canvas {
     let legend = lobes.iter().zip(LOOKS).map(|(lobe, look)| ((*lobe).to_owned(), look));
     draw(&Figure {
         title: "How the cost of quadrature grows with the work".into(),
-        legend: legend.collect(),
-        panels: Growth::ALL.into_iter().map(|growth| panel(found, &lobes, growth)).collect(),
+        legend: vec![Legend {
+            heading: "",
+            entries: legend.collect(),
+        }],
+        panels: Growth::ALL
+            .into_iter()
+            .map(|growth| panel(found, &lobes, growth))
+            .collect(),
         columns: 3,
         shared: [false, false],
         caption: vec![
-            "Glass; where they do not grow: 32 texels of sqrt mu, a roughness of 0.2, a tolerance of 1e-6. Beside curves: the exponent,".into(),
-            "and the evaluations of a texel for each tenfold sharpness or further digit.".into(),
+            "Glass; where they do not grow: 32 texels of sqrt mu, a roughness of 0.2, a tolerance of 1e-6.".into(),
+            "Beside curves: the exponent as a power of the texels; evaluations of a texel for each further digit."
+                .into(),
         ],
         margin: 60.0,
     })
@@ -41,7 +48,7 @@ fn panel(found: &[Grown], lobes: &[&str], growth: Growth) -> Panel {
         ),
         Growth::Sharpness => (
             "sharpness of the lobe",
-            "at most logarithmic in 1/alpha",
+            "no faster than logarithmic in 1/alpha",
             "1/alpha, 1/m",
             "evaluations of a texel",
             [Kind::Decades, Kind::Linear],
@@ -55,7 +62,9 @@ fn panel(found: &[Grown], lobes: &[&str], growth: Growth) -> Panel {
         ),
     };
     let series = lobes.iter().zip(LOOKS).map(|(lobe, look)| {
-        let of = found.iter().filter(|grown| grown.growth == growth && grown.lobe == *lobe);
+        let of = found
+            .iter()
+            .filter(|grown| grown.growth == growth && grown.lobe == *lobe);
         let data: Vec<Datum> = of
             .filter_map(|grown| {
                 let y = match growth {
@@ -89,11 +98,9 @@ fn panel(found: &[Grown], lobes: &[&str], growth: Growth) -> Panel {
 fn label(data: &[Datum], growth: Growth) -> Option<String> {
     let points: Vec<[f64; 2]> = data.iter().map(|datum| [datum.x, datum.y]).collect();
     match growth {
-        Growth::Texels => Line::through_logarithms(&points).map(|line| format!("{:.2}", line.slope)),
-        Growth::Sharpness => {
-            let points: Vec<[f64; 2]> = points.iter().map(|[x, y]| [x.log10(), *y]).collect();
-            Line::through(&points).map(|line| format!("{:+.0}/decade", line.slope))
-        }
+        Growth::Texels => Line::through_logarithms(&points).map(|line| format!("n^{:.2}", line.slope)),
+        // neither rises all the way, nor falls
+        Growth::Sharpness => None,
         Growth::Digits => Line::through(&points).map(|line| format!("{:+.0}/digit", line.slope)),
     }
 }

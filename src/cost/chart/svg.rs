@@ -23,9 +23,16 @@ pub fn to_svg(canvas: &Canvas) -> String {
 fn element(item: &Item) -> String {
     match item {
         Item::Line { points, stroke } => {
-            format!("<path d=\"{}\" fill=\"none\"{}/>", path(points, false), of_stroke(stroke))
+            format!(
+                "<path d=\"{}\" fill=\"none\"{}/>",
+                path(points, false),
+                of_stroke(stroke)
+            )
         }
-        Item::Rectangle { at: [x, y, w, h], colour } => {
+        Item::Rectangle {
+            at: [x, y, w, h],
+            colour,
+        } => {
             format!(
                 "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\" fill=\"{}\"/>",
                 hex(*colour)

@@ -1,7 +1,7 @@
 //! The error that a shader sees, against texels for each mapping of mu and against bytes for each storage.
 
 use super::canvas::Canvas;
-use super::figure::{Datum, Figure, Look, Panel, Series, draw};
+use super::figure::{Datum, Figure, Legend, Look, Panel, Series, draw};
 use super::palette::LOOKS;
 use super::scale::Kind;
 use crate::cost::shape::{Shape, Shapes};
@@ -55,19 +55,26 @@ pub fn tables(found: &[Shapes]) -> Canvas {
                 .collect(),
         }
     });
-    let storages = Storage::ALL.into_iter().map(Storage::name);
-    let names = mappings.iter().map(|mapping| Some(mapping.as_str())).chain(std::iter::repeat(None));
-    let legend = storages.zip(names).zip(LOOKS).map(|((storage, mapping), look)| {
-        let text = mapping.map_or_else(|| format!("below: {storage}"), |mapping| format!("above: {mapping}; below: {storage}"));
-        (text, look)
-    });
+    let entries = |names: Vec<String>| names.into_iter().zip(LOOKS).collect();
+    let legend = vec![
+        Legend {
+            heading: "above: mapping",
+            entries: entries(mappings.clone()),
+        },
+        Legend {
+            heading: "below: storage",
+            entries: entries(Storage::ALL.map(|storage| storage.name().to_owned()).to_vec()),
+        },
+    ];
     draw(&Figure {
         title: "What a shader sees between texels".into(),
-        legend: legend.collect(),
+        legend,
         panels: above.chain(below).collect(),
         columns: shown.len(),
         shared: [false, true],
-        caption: vec!["Largest error of a linear-filtered lookup at random mu, the rounding of the storage included.".into()],
+        caption: vec![
+            "Largest error of a linear-filtered lookup at random mu, the rounding of the storage included.".into(),
+        ],
         margin: 4.0,
     })
 }
