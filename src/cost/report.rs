@@ -45,9 +45,9 @@ impl Watch for Unwatched {
     fn advance(&self, _: u64) {}
 }
 
-/// At which share of its time each part of a study has to be over. The ladder of estimators comes last: it fills what time
+/// Which share of the time that is left each part of a study may take. The ladder of estimators comes last: it fills what
 /// there is.
-const SHARES: [f64; 3] = [0.12, 0.35, 0.6];
+const SHARES: [f64; 3] = [0.1, 0.4, 0.4];
 
 /// Makes the study of `materials`.
 ///
@@ -55,7 +55,11 @@ const SHARES: [f64; 3] = [0.12, 0.35, 0.6];
 /// [`CostError`] for a material that nothing can compute.
 pub fn run(materials: &[&Material], settings: &Settings, watch: &dyn Watch) -> Result<Report, CostError> {
     let begin = Instant::now();
-    let until = |share: f64| Budget::until(begin, settings.seconds.map(|seconds| share * seconds));
+    let until = |share: f64| {
+        let now = begin.elapsed().as_secs_f64();
+        let end = settings.seconds.map(|seconds| now + share * (seconds - now).max(0.0));
+        Budget::until(begin, end)
+    };
     let progress = |done| watch.advance(done);
     let subjects: Vec<Subject> = materials
         .iter()
