@@ -21,6 +21,7 @@ mod parts;
 mod sampled;
 pub mod seen;
 mod segment;
+mod smith_hd;
 mod target;
 
 pub use coordinates::Coordinates;
