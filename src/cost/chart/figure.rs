@@ -1,6 +1,6 @@
 //! Small multiples: panels in a grid, one legend above them that covers no data, words below.
 
-use super::canvas::{Anchor, Canvas, Colour, FAINT, GREY, INK, Item, PAPER, Shape, Stroke};
+use super::canvas::{Anchor, Canvas, Colour, FAINT, GREY, INK, Item, Shape, Stroke};
 use super::font;
 use super::scale::{Kind, Scale};
 
@@ -225,10 +225,10 @@ fn draw_panel(canvas: &mut Canvas, panel: &Panel, [left, top]: [f64; 2], scales:
             draw_datum(canvas, series, datum, &scales, at);
         }
         if let (Some(label), Some(last)) = (&series.label, series.data.last()) {
-            labels.push((at(last.x, last.y), label.as_str(), series.look.stroke.colour));
+            labels.push((at(last.x, last.y)[1], label.as_str(), series.look.stroke.colour));
         }
     }
-    draw_labels(canvas, labels, [top, top + height]);
+    draw_labels(canvas, labels, left + width + 6.0, [top, top + height]);
 }
 
 fn draw_datum(
@@ -270,14 +270,14 @@ fn shown<'a>(data: &'a [Datum], scales: &[Scale; 2]) -> Vec<&'a [Datum]> {
     data.split(|datum| !fits(datum)).filter(|run| !run.is_empty()).collect()
 }
 
-/// Words beside the ends of curves, moved apart where they would cover each other.
-fn draw_labels(canvas: &mut Canvas, mut labels: Vec<([f64; 2], &str, Colour)>, [top, bottom]: [f64; 2]) {
+/// Words at the right of the panel, as high as the ends of their curves, moved apart where they would cover each other.
+fn draw_labels(canvas: &mut Canvas, mut labels: Vec<(f64, &str, Colour)>, x: f64, [top, bottom]: [f64; 2]) {
     const STEP: f64 = 10.5;
-    labels.sort_by(|(a, ..), (b, ..)| a[1].total_cmp(&b[1]));
+    labels.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
     let mut next = top;
     let mut ys = Vec::new();
-    for (at, ..) in &labels {
-        ys.push(at[1].max(next));
+    for (y, ..) in &labels {
+        ys.push(y.max(next));
         next = ys.last().copied().unwrap_or(next) + STEP;
     }
     // back from below, where the last ones left the panel
@@ -286,12 +286,7 @@ fn draw_labels(canvas: &mut Canvas, mut labels: Vec<([f64; 2], &str, Colour)>, [
         *y = y.min(limit);
         limit = *y - STEP;
     }
-    for (([x, _], text, colour), y) in labels.into_iter().zip(ys) {
-        let width = font::width(text, SMALL, false);
-        canvas.items.push(Item::Rectangle {
-            at: [x + 6.0, y - 5.0, width + 2.0, 10.0],
-            colour: PAPER,
-        });
-        canvas.text([x + 7.0, y + 3.2], text, SMALL, Anchor::Start, colour);
+    for ((_, text, colour), y) in labels.into_iter().zip(ys) {
+        canvas.text([x, y + 3.2], text, SMALL, Anchor::Start, colour);
     }
 }
