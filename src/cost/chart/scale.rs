@@ -30,7 +30,15 @@ impl Scale {
         let (min, max) = usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
         let (min, max) = if min <= max { (min, max) } else { (1.0, 10.0) };
         let (min, max) = match kind {
-            Kind::Linear => (min.min(0.0), if max > min { 1.06 * max } else { max + 1.0 }),
+            // these start at 0, unless something lies below
+            Kind::Linear => (
+                min.min(0.0),
+                if max > min.min(0.0) {
+                    max + 0.06 * max.abs()
+                } else {
+                    max + 1.0
+                },
+            ),
             Kind::Decades => {
                 // a tenth of a decade of air, and never less than one decade
                 let (low, high) = (min.log10() - 0.12, max.log10() + 0.12);
