@@ -513,7 +513,10 @@ fn wrong_flags_say_what_is_allowed() {
             &["bake", "--roughness-resolution", "x"],
             &["--roughness-resolution", "x", "whole number"],
         ),
-        (&["bake", "--axis", "log"], &["--axis", "log", "auto, mu and sqrt-mu"]),
+        (
+            &["bake", "--axis", "log"],
+            &["--axis", "log", "auto, mu, sqrt-mu and fourth-root-mu"],
+        ),
         (
             &["bake", "--estimator", "magic"],
             &["--estimator", "magic", "auto, closed-form, quadrature, mc-uniform"],

@@ -4,6 +4,7 @@
 //! and in [`monte_carlo`] form; [`Integrator`] chooses between them.
 
 mod between;
+pub mod choice;
 mod coordinates;
 mod coupled;
 pub mod deterministic;
@@ -18,6 +19,7 @@ mod microfacet_hd;
 mod microfacet_hh;
 pub mod monte_carlo;
 mod parts;
+mod profile;
 mod sampled;
 pub mod seen;
 mod segment;
