@@ -130,7 +130,9 @@ const MU_SHAPES: [(Mapping, TexelRule); 6] = [
 const WORTH: f64 = 0.97;
 
 /// Shares of what is left for interpolation that the first of two axes gets.
-const SPLITS: [f64; 7] = [0.15, 0.25, 0.35, 0.5, 0.65, 0.75, 0.85];
+///
+/// Where both errors fall with the square of the sizes, a half each is best; one that falls more slowly wants more.
+const SPLITS: [f64; 3] = [0.5, 0.35, 0.65];
 
 /// A table whose rho is known along lines, ready to choose from.
 #[derive(Debug)]
@@ -198,8 +200,12 @@ impl<'a> Chooser<'a> {
 
     /// The settings in the format that takes the fewest bytes, of those that keep `tolerance`.
     pub fn smallest(&self, tolerance: f64) -> Option<Choice> {
-        let choices = Storage::ALL.map(|storage| self.choice(tolerance, storage));
-        let kept = choices.into_iter().filter(|choice| choice.error <= tolerance);
+        // where rounding alone takes all, there is nothing to search for
+        let possible = Storage::ALL
+            .into_iter()
+            .filter(|storage| storage.rounding(1.0) < tolerance);
+        let choices = possible.map(|storage| self.choice(tolerance, storage));
+        let kept = choices.filter(|choice| choice.error <= tolerance);
         // of equal ones the first, which is the most exact
         kept.reduce(|a, b| if b.bytes < a.bytes { b } else { a })
     }
@@ -282,18 +288,26 @@ impl<'a> Chooser<'a> {
         if let Some(size) = self.wish.size(&lines.axis) {
             return best_of(size);
         }
-        let mut best: Option<(Mapping, TexelRule, usize)> = None;
-        for (mapping, rule) in &shapes {
-            let most = best.map_or(most, |best| best.2);
-            let found = (allowed > 0.0)
-                .then(|| lines.size(*mapping, *rule, allowed, most))
-                .flatten();
-            if let Some(size) = found
-                && best.is_none_or(|best| (size as f64) < WORTH * best.2 as f64)
-            {
-                best = Some((*mapping, *rule, size));
+        // the last serves every lobe passably: what needs more texels than it is seen at one glance
+        let mut sizes: Vec<Option<usize>> = vec![None; shapes.len()];
+        let mut least = most;
+        for (index, (mapping, rule)) in shapes.iter().enumerate().rev() {
+            let worth = ((least as f64 / WORTH) as usize).min(most);
+            let passes = || {
+                lines
+                    .shaped(*mapping, *rule, worth)
+                    .is_some_and(|axis| lines.error(&axis) <= allowed)
+            };
+            if allowed > 0.0 && passes() {
+                sizes[index] = lines.size(*mapping, *rule, allowed, worth);
+                least = sizes[index].map_or(least, |size| size.min(least));
             }
         }
+        let worth = |size: &usize| *size as f64 * WORTH <= least as f64;
+        let simplest = shapes.iter().zip(sizes).find_map(|((mapping, rule), size)| {
+            let size = size.filter(worth)?;
+            Some((*mapping, *rule, size))
+        });
         let kind = |size: usize| {
             if size < 32 {
                 size
@@ -301,7 +315,7 @@ impl<'a> Chooser<'a> {
                 size.next_multiple_of(4).min(most)
             }
         };
-        match best.and_then(|(mapping, rule, size)| lines.shaped(mapping, rule, kind(size))) {
+        match simplest.and_then(|(mapping, rule, size)| lines.shaped(mapping, rule, kind(size))) {
             Some(axis) => {
                 let error = lines.error(&axis);
                 (axis, error)

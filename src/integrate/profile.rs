@@ -54,21 +54,33 @@ const FINER: f64 = 0.1;
 /// Most integrals of one line. Smooth ones need some hundred, those with a kink a thousand.
 const MOST: usize = 8000;
 
-/// Coordinates of a roughness axis or azimuths, in shares of the axis, at which lines along mu are drawn.
+/// Coordinates of a roughness axis, in shares of the axis, at which lines along mu are drawn; fewer azimuths, whose lines cost
+/// a hundred times more.
 const ROWS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+const AZIMUTHS: [f64; 3] = [0.0, 0.5, 1.0];
 
-/// mu^(1/4) at which lines along another axis are drawn: layers at grazing angles are as thin as lobes are narrow.
+/// mu^(1/4) at which lines along a roughness axis are drawn, and along the azimuth: layers at grazing angles are as thin as
+/// lobes are narrow.
 const COLUMNS: [f64; 8] = [0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9, 1.0];
+const FEW_COLUMNS: [f64; 5] = [0.0, 0.3, 0.5, 0.7, 0.9];
 
 impl Profile {
     /// Draws the lines to an error of about `tolerance`.
     pub(super) fn new(plan: &TablePlan, tolerance: f64) -> Result<Self, Stop> {
         let axes = plan.alternatives.first().map_or(&[][..], |axes| &axes[..]);
         let crossing = |axis: usize| -> Vec<Option<f64>> {
-            match axes.get(1 - axis) {
+            let other = axes
+                .iter()
+                .enumerate()
+                .find(|(index, _)| *index != axis)
+                .map(|(_, other)| other);
+            let azimuth = axes.iter().any(|axis| axis.parameter == AZIMUTH);
+            let of_mu = if azimuth { &FEW_COLUMNS[..] } else { &COLUMNS };
+            let of_rows = if azimuth { &AZIMUTHS[..] } else { &ROWS };
+            match other {
                 None => vec![None],
-                Some(other) if other.parameter == MU => COLUMNS.iter().map(|x| Some(x.powi(4))).collect(),
-                Some(other) => ROWS.iter().map(|x| Some(other.value(*x))).collect(),
+                Some(other) if other.parameter == MU => of_mu.iter().map(|x| Some(x.powi(4))).collect(),
+                Some(other) => of_rows.iter().map(|x| Some(other.value(*x))).collect(),
             }
         };
         let lines = |index: usize| -> Result<Lines, Stop> {
