@@ -3,8 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use whitefurnace::estimate::{Effort, Estimate, Estimator};
-use whitefurnace::integrate::choice::{Chooser, Filled, Obstacle, Wish, fill_within};
-use whitefurnace::integrate::{Coordinates, Integrator, texels};
+use whitefurnace::integrate::choice::{Chooser, Obstacle, Wish};
+use whitefurnace::integrate::{Coordinates, Filled, Integrator, fill_within, texels};
 use whitefurnace::numerics::stream::{Stream, StreamId};
 use whitefurnace::plan::{Plan, Request, TablePlan};
 use whitefurnace::scene::Scene;

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use whitefurnace::export::manifest::{self, Manifest, TableEntry};
 use whitefurnace::export::{exr, write};
-use whitefurnace::integrate::choice::{Chooser, Filled, Wish, fill_within};
-use whitefurnace::integrate::{FillError, fill, work};
+use whitefurnace::integrate::choice::{Chooser, Wish};
+use whitefurnace::integrate::{FillError, Filled, fill, fill_within, work};
 use whitefurnace::plan::{Plan, TablePlan};
 use whitefurnace::table::{Storage, Table};
 

@@ -3,16 +3,15 @@
 //! A lookup errs by the interpolation, by the texels, and by the rounding of the storage format; the three add up at worst.
 //! Texels get [`TEXEL_SHARE`] of the tolerance, since digits of an integral are cheap; the format takes its rounding; the rest
 //! is for the interpolation, which a [`Profile`] knows for every mapping, rule and size. With two axes the rest is split so
-//! that the product of the sizes is least. [`fill_within`] then computes the table, measures its error as for any table, and
+//! that the product of the sizes is least. [`fill_within`](super::fill_within) then computes the table, measures its error as for any table, and
 //! corrects the sizes where the profile was wrong.
 
-use super::fill::{FillError, Progress, fill, fill_axes};
+use super::fill::FillError;
 use super::profile::{Lines, Profile, Stop};
 use super::{Effort, Estimator};
 use crate::plan::TablePlan;
+use crate::table::Storage;
 use crate::table::axis::{AZIMUTH, Axis, MAX_SIZE, MU, Mapping, TexelRule};
-use crate::table::{Storage, Table};
-use std::f64::consts::SQRT_2;
 
 /// What a table has to keep.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,7 +40,7 @@ impl Wish {
         }
     }
 
-    fn size(&self, axis: &Axis) -> Option<usize> {
+    pub(super) fn size(&self, axis: &Axis) -> Option<usize> {
         match axis.parameter.as_str() {
             MU => self.mu,
             AZIMUTH => self.azimuth,
@@ -91,8 +90,7 @@ pub struct Choice {
     pub obstacle: Option<Obstacle>,
 }
 
-/// Share of the tolerance that texels computed by rules may be off: 5 per cent cost 3 per cent more texels per axis, and an
-/// evaluation in ten less than a share of one per cent.
+/// Share of the tolerance that texels computed by rules may be off: 5 per cent cost 3 per cent more texels along each axis.
 const TEXEL_SHARE: f64 = 0.05;
 
 /// The same for samples, whose number goes with the square of what they gain.
@@ -115,8 +113,9 @@ pub const MOST_TEXELS: usize = 1 << 20;
 
 /// Mappings and rules of the mu axis, the simplest for a shader first.
 ///
-/// Texels that the smallest lookup errors need [f32, 1e-4]: GGX alpha = 1 and 0.01, 1964 and 250 with sqrt-mu centres, 61 and
-/// 155 with the fourth root; von Mises-Fisher kappa = 1e6, 589 and 242; Beckmann m = 0.2, 54 and 78.
+/// Texels that lookups within 1e-4 need at least with the square and with the fourth root: GGX alpha = 1, 149 and 61; alpha =
+/// 0.01, 250 and 155; von Mises-Fisher kappa = 1e6 under eta = 1.5, 589 and 242; Beckmann m = 0.2, 54 and 78. A cube root,
+/// which shaders have to take as a power, gains 15 per cent over the fourth at most, and loses 25 where lobes are narrow.
 const MU_SHAPES: [(Mapping, TexelRule); 6] = [
     (Mapping::Mu, TexelRule::Centres),
     (Mapping::SqrtMu, TexelRule::Centres),
@@ -137,8 +136,8 @@ const SPLITS: [f64; 3] = [0.5, 0.35, 0.65];
 /// A table whose rho is known along lines, ready to choose from.
 #[derive(Debug)]
 pub struct Chooser<'a> {
-    plan: &'a TablePlan,
-    wish: Wish,
+    pub(super) plan: &'a TablePlan,
+    pub(super) wish: Wish,
     profile: Result<Profile, Obstacle>,
 }
 
@@ -335,8 +334,11 @@ impl<'a> Chooser<'a> {
         let texels = |axes: &[Axis; 2]| axes[0].size * axes[1].size;
         let best = match given {
             [None, None] => SPLITS.map(split).into_iter().reduce(|a, b| {
-                let (kept_a, kept_b) = (a.1 <= allowed, b.1 <= allowed);
-                let better = kept_b > kept_a || (kept_b == kept_a && texels(&b.0) < texels(&a.0));
+                let better = match (a.1 <= allowed, b.1 <= allowed) {
+                    (false, true) => true,
+                    (true, false) => false,
+                    _ => texels(&b.0) < texels(&a.0),
+                };
                 if better { b } else { a }
             }),
             // what a given axis leaves, and where that is nothing, no less than a half: it must not make the other endless
@@ -371,124 +373,4 @@ fn fit(axes: &mut [Axis; 2], free: [bool; 2]) -> bool {
         axis.size = ((axis.size as f64 / factor) as usize).max(2);
     }
     true
-}
-
-/// A table, and whether it keeps what was asked for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Filled {
-    /// The table, with its lookup error measured.
-    pub table: Table,
-    /// Why not, and what to do; `None` when its lookup error is within the tolerance.
-    pub unmet: Option<String>,
-}
-
-/// How often sizes are corrected: measured errors follow the square of the sizes, so that one correction is the rule.
-const CORRECTIONS: usize = 4;
-
-/// A table whose error is below this share of the tolerance is worth making smaller.
-const WASTEFUL: f64 = 0.8;
-
-/// Computes the table that `chooser` chose for f32, and corrects the sizes until its measured lookup error is within the
-/// tolerance, or no more texels are allowed.
-///
-/// # Errors
-/// [`FillError`] with the texel that failed.
-pub fn fill_within(chooser: &Chooser<'_>, progress: Progress<'_>) -> Result<Filled, FillError> {
-    let tolerance = chooser.wish.tolerance;
-    let choice = chooser.choice(tolerance, Storage::F32);
-    let error = |table: &Table| {
-        table
-            .between
-            .as_ref()
-            .map_or_else(|| table.max_texel_error(), |between| between.error)
-    };
-    if let Some(obstacle) = choice.obstacle {
-        let table = fill(&choice.plan, progress)?;
-        let met = error(&table) <= tolerance;
-        return Ok(Filled {
-            unmet: (!met).then(|| obstacle.reason().into()),
-            table,
-        });
-    }
-    let plan = choice.plan;
-    let mut axes = plan.alternatives.first().cloned().unwrap_or_default();
-    let free: Vec<bool> = axes.iter().map(|axis| chooser.wish.size(axis).is_none()).collect();
-    let mut kept: Option<Table> = None;
-    let mut corrections = CORRECTIONS;
-    loop {
-        let table = fill_axes(&plan, &axes, progress)?;
-        let found = error(&table);
-        let met = found <= tolerance;
-        if let (false, Some(kept)) = (met, kept.take()) {
-            // the smaller one was too small
-            return Ok(Filled {
-                table: kept,
-                unmet: None,
-            });
-        }
-        let wasteful = met && axes.len() > 1 && found < WASTEFUL * tolerance;
-        let factor = if met {
-            (found / (0.95 * tolerance)).sqrt()
-        } else {
-            1.02 * (found / tolerance).sqrt().min(SQRT_2)
-        };
-        let next = resized(&axes, &free, factor);
-        if corrections == 0 || next == axes || (met && !wasteful) {
-            return Ok(Filled {
-                table,
-                unmet: (!met).then(|| chooser.unmet(&axes, tolerance)),
-            });
-        }
-        kept = met.then_some(table);
-        axes = next;
-        corrections -= 1;
-    }
-}
-
-/// The free axes with `factor` as many texels, within what is allowed.
-fn resized(axes: &[Axis], free: &[bool], factor: f64) -> Vec<Axis> {
-    let scaled = axes.iter().zip(free).map(|(axis, free)| {
-        let size = (axis.size as f64 * factor).clamp(2.0, MAX_SIZE as f64);
-        // whichever way, by one texel at least
-        let size = if factor > 1.0 { size.ceil() } else { size.floor() } as usize;
-        Axis {
-            size: if *free { size } else { axis.size },
-            ..axis.clone()
-        }
-    });
-    let scaled: Vec<Axis> = scaled.collect();
-    let texels: usize = scaled.iter().map(|axis| axis.size).product();
-    if axes.len() > 1 && texels > MOST_TEXELS {
-        axes.to_vec()
-    } else {
-        scaled
-    }
-}
-
-impl Chooser<'_> {
-    /// What stands in the way of `tolerance`, and what to do.
-    fn unmet(&self, axes: &[Axis], tolerance: f64) -> String {
-        let given = axes.iter().find(|axis| self.wish.size(axis).is_some());
-        let rounding = Storage::F32.rounding(1.0);
-        if let Estimator::MonteCarlo(_) = self.plan.estimator {
-            return "samples leave noise at the texels: take more, or use --estimator auto".into();
-        }
-        if let Some(axis) = given {
-            return format!(
-                "{} texels along {} were asked for: leave the size open",
-                axis.size, axis.parameter
-            );
-        }
-        if tolerance <= 2.0 * rounding {
-            return format!("f32 itself is off by up to {rounding:.0e}: ask for a larger --tolerance");
-        }
-        match axes {
-            [] => "ask for a larger --tolerance".into(),
-            [_] => format!("an axis has at most {MAX_SIZE} texels: ask for a larger --tolerance"),
-            _ => format!(
-                "of two axes at most {MOST_TEXELS} texels are chosen: ask for a larger --tolerance, for a smaller range of \
-                 roughness, or set --resolution and the others"
-            ),
-        }
-    }
 }

@@ -24,6 +24,7 @@ mod sampled;
 pub mod seen;
 mod segment;
 mod target;
+mod within;
 
 pub use coordinates::Coordinates;
 pub use coupled::coupled_bxdf;
@@ -31,6 +32,7 @@ pub use fill::{FillError, Progress, fill, texels, work};
 pub use integrator::Integrator;
 pub use sampled::sampled;
 pub use target::{Angles, Target};
+pub use within::{Filled, fill_within};
 
 pub use crate::estimate::{Effort, ErrorKind, Estimate, Estimator, Lobe};
 
