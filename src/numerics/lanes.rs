@@ -5,7 +5,7 @@
 //! width at run time by `#[multiversion]`; the functions here are inlined into them. The standard library's functions are
 //! calls, which keep a loop scalar, and are free to differ from one platform to the next.
 
-use std::f64::consts::{LN_2, LOG2_E, TAU};
+use std::f64::consts::{LOG2_E, TAU};
 
 /// 1.5 * 2^52: added to a number of at most 2^51, it rounds it to an integer, which the low bits of the sum then hold.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
@@ -133,7 +133,7 @@ mod tests {
     use super::*;
     use crate::numerics::stream::{Stream, StreamId};
     use multiversion::multiversion;
-    use std::f64::consts::PI;
+    use std::f64::consts::{LN_2, PI};
 
     const ID: StreamId = StreamId {
         seed: 0,
