@@ -3,20 +3,21 @@
 use super::{Bxdf, Flags, Sampling};
 use glam::DVec3;
 
-/// Draws that a block of the integrators holds, at most.
-pub const BLOCK: usize = crate::numerics::points::BLOCK;
+pub use crate::numerics::points::BLOCK;
 
-/// Many draws: entry k of every slice belongs to draw k.
+/// One number for each draw of a block.
+pub type Lane = [f64; BLOCK];
+
+/// Many draws: entry k of every lane belongs to draw k.
 #[derive(Debug, Clone, Copy)]
 pub struct Draws<'a> {
     /// The fixed directions, by coordinate.
-    pub wo: [&'a [f64]; 3],
-    /// Uniform numbers; those beyond [`Bxdf::dimensions`] may be anything.
-    pub u: [&'a [f64]; 3],
+    pub wo: &'a [Lane; 3],
+    /// Numbers in [0, 1); those beyond [`Bxdf::dimensions`] may be any of them.
+    pub u: [&'a Lane; 3],
+    /// How many are asked for; lanes are full, and what lies beyond is of no interest.
+    pub len: usize,
 }
-
-/// Where the weights go, one slice for each channel.
-pub type Weights<'a> = [&'a mut [f64]; 3];
 
 /// By [`Bxdf::sample`] for each draw.
 pub(super) fn one_by_one<B: Bxdf + ?Sized>(
@@ -24,11 +25,11 @@ pub(super) fn one_by_one<B: Bxdf + ?Sized>(
     sampling: Sampling,
     side: Flags,
     draws: Draws<'_>,
-    mut weights: Weights<'_>,
+    weights: &mut [Lane; 3],
 ) {
     let channels = bxdf.channels().count();
-    for i in 0..weights[0].len() {
-        let wo = DVec3::from_array(draws.wo.map(|w| w[i]));
+    for i in 0..draws.len {
+        let wo = DVec3::from_array([0, 1, 2].map(|axis: usize| draws.wo[axis][i]));
         let drawn = bxdf.sample(sampling, wo, draws.u.map(|u| u[i]));
         let reflected = (wo.z < 0.0) == (drawn.wi.z < 0.0);
         let counts = reflected == side.contains(Flags::REFLECTION);
