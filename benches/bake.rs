@@ -12,6 +12,7 @@ use whitefurnace::integrate::deterministic::quadrature;
 use whitefurnace::integrate::monte_carlo::{Samples, Trial, estimate, outgoing};
 use whitefurnace::integrate::{Lobe, Target, fill};
 use whitefurnace::masking::Masking;
+use whitefurnace::numerics::points::Points;
 use whitefurnace::plan::{Plan, Request, TablePlan};
 use whitefurnace::scene::Scene;
 use whitefurnace::spectrum::Spectrum;
@@ -57,60 +58,6 @@ fn means(criterion: &mut Criterion) {
         });
     }
     group.finish();
-}
-
-/// One batch of samples; the throughput is samples per second.
-fn samples(criterion: &mut Criterion) {
-    const COUNT: u64 = 1 << 14;
-    let bxdf = lobe(17.0, Fresnel::dielectric(METHANOL).unwrap());
-    let mut group = criterion.benchmark_group("monte carlo");
-    group.throughput(Throughput::Elements(COUNT));
-    for sampling in [
-        Sampling::Uniform,
-        Sampling::Cosine,
-        Sampling::Normals,
-        Sampling::Visible,
-        Sampling::Bxdf,
-    ] {
-        assert!(bxdf.supports(sampling));
-        let name = Estimator::MonteCarlo(sampling).name();
-        group.bench_function(name, |bencher| {
-            let batch = || {
-                estimate(
-                    &bxdf,
-                    Trial {
-                        sampling,
-                        lobe: Lobe::Reflection,
-                        outgoing: outgoing(0.5, 0.0),
-                        samples: Samples::Fixed(COUNT),
-                        seed: 0,
-                        cell: 0,
-                    },
-                )
-                .unwrap()
-            };
-            bencher.iter(|| black_box(batch()));
-        });
-    }
-    group.finish();
-}
-
-fn default_plan() -> Plan {
-    let request = Request {
-        resolution: 64,
-        roughness_resolution: 32,
-        mapping: None,
-        estimator: Estimator::Auto,
-        azimuth_resolution: 16,
-        tolerance: None,
-        samples: None,
-        seed: 0,
-    };
-    Plan::new(&Scene::default_scene(), &request).unwrap()
-}
-
-fn bake(plan: &TablePlan) -> Vec<u8> {
-    exr::to_bytes(&fill(plan, &|_| {}).unwrap()).unwrap()
 }
 
 /// Tables with the search for their lookup errors, on all cores.

@@ -10,6 +10,7 @@ use whitefurnace::integrate::deterministic::quadrature;
 use whitefurnace::integrate::monte_carlo::{Samples, Trial, estimate, outgoing};
 use whitefurnace::integrate::{Integrator, Lobe, Target, coupled_bxdf};
 use whitefurnace::masking::Masking;
+use whitefurnace::numerics::points::Points;
 use whitefurnace::numerics::stream::{Stream, StreamId};
 use whitefurnace::spectrum::Spectrum;
 
@@ -110,6 +111,7 @@ fn samples(model: &Model, sampling: Sampling, mu: f64, tolerance: f64) -> Option
             bxdf,
             Trial {
                 sampling,
+                points: Points::Random,
                 lobe: Lobe::Reflection,
                 outgoing: wo,
                 samples: up_to,
@@ -156,7 +158,7 @@ fn auto_takes_the_cheapest_that_meets_the_tolerance() {
                 let reachable = if mu == 0.5 { 3 } else { 2 };
                 for sampling in samplings.into_iter().filter(|_| exponent <= reachable) {
                     let cost = samples(&model, sampling, mu, tolerance);
-                    others.extend(cost.map(|cost| (Estimator::MonteCarlo(sampling).name(), cost)));
+                    others.extend(cost.map(|cost| (Estimator::random(sampling).name(), cost)));
                 }
                 for (name, cost) in others {
                     let ratio = auto as f64 / cost as f64;

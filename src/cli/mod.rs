@@ -59,7 +59,8 @@ enum Command {
 struct Common {
     /// Scene file (TOML); without one the built-in scene is used.
     scene: Option<PathBuf>,
-    /// How integrals are computed: auto, closed-form, quadrature, mc-uniform, mc-cosine, mc-normals, mc-visible, mc-bxdf.
+    /// How integrals are computed: auto, closed-form, quadrature, or samples: mc-uniform, mc-cosine, mc-normals, mc-visible,
+    /// mc-bxdf, each also as stratified-* (jittered strata) and qmc-* (Owen-scrambled Sobol points).
     #[arg(long, default_value = "auto", value_name = "NAME")]
     estimator: Estimator,
     /// Largest absolute error, 1e-12 to 0.5: of any value, and of bake and plan of any lookup in a table, whose sizes are
@@ -191,7 +192,7 @@ impl Common {
 
     /// Deterministic estimators draw no samples; who fixes their number gets told.
     fn tell_unused(&self) {
-        if self.samples.is_some() && !matches!(self.estimator, Estimator::MonteCarlo(_)) {
+        if self.samples.is_some() && !matches!(self.estimator, Estimator::MonteCarlo { .. }) {
             let estimator = self.estimator;
             eprintln!("note: --samples has no effect on --estimator {estimator}, which meets the tolerance instead");
         }

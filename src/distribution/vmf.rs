@@ -42,6 +42,16 @@ impl Vmf {
         })
     }
 
+    /// Concentration.
+    pub fn kappa(&self) -> f64 {
+        self.kappa
+    }
+
+    /// The density at the pole, in sr^-1.
+    pub(super) fn peak(&self) -> f64 {
+        self.peak
+    }
+
     pub(super) fn p(&self, theta: Polar) -> f64 {
         self.peak * (-self.kappa * theta.versine()).exp()
     }

@@ -6,6 +6,7 @@ use super::deterministic::{
 use super::monte_carlo::{self, Outgoing, Samples, Trial, outgoing};
 use super::{Effort, Estimate, Estimator, IntegrateError, Lobe, Target, sampled};
 use crate::bxdf::{Bxdf, DiffuseSpecular, Model, Sampling};
+use crate::numerics::points::Points;
 
 /// Most samples that a tolerance may ask for: some minutes of one core.
 const SAMPLE_LIMIT: u64 = 1 << 34;
@@ -43,11 +44,11 @@ impl<'a> Integrator<'a> {
         };
         let share = UNSPENT_SHARE * effort.tolerance;
         match (estimator, model) {
-            (Estimator::MonteCarlo(_), _) => integrator.bxdf = Some(sampled(model)?),
+            (Estimator::MonteCarlo { .. }, _) => integrator.bxdf = Some(sampled(model)?),
             (Estimator::Auto, Model::DiffuseSpecular(coupled)) if model.is_irregular() => {
                 // the lobe is sampled and the coupling computed, so that no albedo between directions is needed
                 integrator.bxdf = Some(sampled(coupled.specular())?);
-                let mean = integrator.draw(Sampling::Bxdf, Target::rho_hh(), share, SHARED_CELL)?;
+                let mean = integrator.draw((Sampling::Bxdf, Points::Random), Target::rho_hh(), share, SHARED_CELL)?;
                 integrator.unspent = Some(unspent_of(coupled, mean));
             }
             (Estimator::Auto, _) if model.is_irregular() => integrator.bxdf = Some(sampled(model)?),
@@ -63,7 +64,7 @@ impl<'a> Integrator<'a> {
     pub fn estimator(&self, target: Target) -> Estimator {
         match self.estimator {
             Estimator::Auto if closed_form(self.model, target).is_some() => Estimator::ClosedForm,
-            Estimator::Auto if self.model.is_irregular() => Estimator::MonteCarlo(Sampling::Bxdf),
+            Estimator::Auto if self.model.is_irregular() => Estimator::random(Sampling::Bxdf),
             Estimator::Auto => Estimator::Quadrature,
             chosen => chosen,
         }
@@ -87,13 +88,15 @@ impl<'a> Integrator<'a> {
                     reason: "it has no closed form; use auto",
                 })
             }
-            (Estimator::MonteCarlo(sampling), Some(unspent)) => match self.model {
+            (Estimator::MonteCarlo { sampling, points }, Some(unspent)) => match self.model {
                 Model::DiffuseSpecular(coupled) if target.lobe == Lobe::Reflection => {
-                    self.over_samples(coupled, unspent, sampling, target, cell)
+                    self.over_samples(coupled, unspent, (sampling, points), target, cell)
                 }
-                _ => self.draw(sampling, target, tolerance, cell),
+                _ => self.draw((sampling, points), target, tolerance, cell),
             },
-            (Estimator::MonteCarlo(sampling), None) => self.draw(sampling, target, tolerance, cell),
+            (Estimator::MonteCarlo { sampling, points }, None) => {
+                self.draw((sampling, points), target, tolerance, cell)
+            }
             (_, Some(unspent)) => quadrature_with(self.model, target, tolerance, unspent),
             (_, None) => quadrature(self.model, target, tolerance),
         }
@@ -104,7 +107,7 @@ impl<'a> Integrator<'a> {
         &self,
         coupled: &DiffuseSpecular,
         unspent: &Estimate,
-        sampling: Sampling,
+        (sampling, points): (Sampling, Points),
         target: Target,
         cell: u64,
     ) -> Result<Estimate, IntegrateError> {
@@ -112,14 +115,20 @@ impl<'a> Integrator<'a> {
             return Ok(total_mean(coupled, *unspent));
         }
         let share = (1.0 - UNSPENT_SHARE) * self.effort.tolerance;
-        let rho = self.draw(sampling, target, share, cell)?;
+        let rho = self.draw((sampling, points), target, share, cell)?;
         Ok(total_albedo(coupled, rho, unspent))
     }
 
-    fn draw(&self, sampling: Sampling, target: Target, tolerance: f64, cell: u64) -> Result<Estimate, IntegrateError> {
+    fn draw(
+        &self,
+        (sampling, points): (Sampling, Points),
+        target: Target,
+        tolerance: f64,
+        cell: u64,
+    ) -> Result<Estimate, IntegrateError> {
         let Some(bxdf) = &self.bxdf else {
             return Err(IntegrateError::Unsupported {
-                estimator: Estimator::MonteCarlo(sampling),
+                estimator: Estimator::MonteCarlo { sampling, points },
                 reason: "it was not made ready for sampling; use auto",
             });
         };
@@ -132,6 +141,7 @@ impl<'a> Integrator<'a> {
         );
         let trial = Trial {
             sampling,
+            points,
             lobe: target.lobe,
             outgoing: target
                 .outgoing
