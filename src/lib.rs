@@ -10,7 +10,8 @@
 //! | table | [`table`] | texels | a lookup, its error at and between texels, its range |
 //! | export | [`export`] | tables | OpenEXR files and a manifest |
 //!
-//! [`verify`] stands beside them, above [`integrate`]: it tests models and tables, and nothing below imports it.
+//! [`verify`] and [`cost`] stand beside them, above [`integrate`]: the one tests models and tables, the other measures what
+//! accuracy costs in time; nothing below imports them.
 //!
 //! Below them stand, importing nothing above: [`geometry`], [`spectrum`], [`parameter`], [`numerics`], [`measured`]; on those [`fresnel`],
 //! [`distribution`], [`masking`]; on those [`bxdf`]. Only [`integrate`] knows both a BxDF and a table.
@@ -109,6 +110,7 @@
 //! [Walsh 1926]: #bibliography
 
 pub mod bxdf;
+pub mod cost;
 pub mod distribution;
 pub mod estimate;
 pub mod export;

@@ -1,6 +1,7 @@
 //! The command line: arguments, and one file per command.
 
 mod bake;
+mod cost;
 mod format;
 mod inspect;
 mod number;
@@ -25,6 +26,7 @@ Examples:
   furnace plan scene.toml                   what a bake would compute, and what it would cost
   furnace rho --theta-deg 0,60,85           directional albedo at three angles
   furnace verify --tables outputs/default   whether models and tables keep their promises
+  furnace cost --quick                      what accuracy costs in time, with charts
   furnace inspect outputs/default/FILE.exr  what a table holds
 
 rho_hd is the share of light from one direction that a material reflects into all others; rho_hh is its mean.
@@ -50,6 +52,8 @@ enum Command {
     Rho(rho::Rho),
     /// Test energy conservation, reciprocity, sampling, normalisation, and baked tables.
     Verify(verify::Verify),
+    /// Show what accuracy costs in time: error against seconds, table size and storage, with charts.
+    Cost(cost::Cost),
     /// Say what a table holds, how it was made, its range and its error.
     Inspect(inspect::Inspect),
 }
@@ -150,6 +154,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Command::Plan(plan) => plan.run()?,
         Command::Rho(rho) => rho.run()?,
         Command::Verify(verify) => return verify.run(),
+        Command::Cost(cost) => cost.run()?,
         Command::Inspect(inspect) => inspect.run()?,
     }
     Ok(Outcome::Good)

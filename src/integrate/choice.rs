@@ -213,7 +213,7 @@ impl<'a> Chooser<'a> {
     fn texel_tolerance(&self, tolerance: f64) -> f64 {
         let share = match self.plan.estimator {
             _ if matches!(&self.profile, Ok(profile) if profile.axes.is_empty()) => ONLY_SHARE,
-            Estimator::MonteCarlo(_) => SAMPLED_SHARE,
+            Estimator::MonteCarlo { .. } => SAMPLED_SHARE,
             _ => TEXEL_SHARE,
         };
         // below that quadrature ends in rounding
@@ -470,7 +470,7 @@ impl Chooser<'_> {
     fn unmet(&self, axes: &[Axis], tolerance: f64) -> String {
         let given = axes.iter().find(|axis| self.wish.size(axis).is_some());
         let rounding = Storage::F32.rounding(1.0);
-        if let Estimator::MonteCarlo(_) = self.plan.estimator {
+        if let Estimator::MonteCarlo { .. } = self.plan.estimator {
             return "samples leave noise at the texels: take more, or use --estimator auto".into();
         }
         if let Some(axis) = given {
