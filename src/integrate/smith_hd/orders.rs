@@ -5,7 +5,7 @@
 //! log-uniform, three to eleven digits) so that about one case in ten falls short and is computed again.
 
 use super::Slopes;
-use super::rules::{INNER_STEP, MOST_INNER, MOST_OUTER, OUTER_STEP};
+use super::rules::{MOST_INNER, MOST_OUTER, OUTER_STEP, inner_order};
 
 /// Orders of the outer and of the inner rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,8 +41,8 @@ impl Orders {
         };
         let order = |coefficients: &[f64; 21], level: f64| quadratic(&variables(level), coefficients).exp();
         Self {
-            outer: rounded(order(&outer, levels[0]), OUTER_STEP, LEAST_OUTER, MOST_OUTER),
-            inner: rounded(order(&inner, levels[1]), INNER_STEP, LEAST_INNER, MOST_INNER),
+            outer: outer_of(order(&outer, levels[0]), LEAST_OUTER),
+            inner: inner_of(order(&inner, levels[1]), LEAST_INNER),
         }
     }
 
@@ -51,27 +51,40 @@ impl Orders {
         if inner > MOST_INNER as f64 {
             return None;
         }
-        let inner = rounded(inner, INNER_STEP, self.inner, MOST_INNER);
+        let inner = inner_of(inner, self.inner);
         Some(Self { inner, ..self })
     }
 
     /// Larger orders for the rules that fell short; `None` where there are none.
     pub(super) fn grown(self, outer: bool, inner: bool) -> Option<Self> {
-        let grow = |order: usize, short: bool, step: usize, most: usize| match short {
-            true if order == most => None,
-            true => Some(rounded(GROWTH * order as f64, step, order + step, most)),
-            false => Some(order),
-        };
+        if (outer && self.outer == MOST_OUTER) || (inner && self.inner == MOST_INNER) {
+            return None;
+        }
+        let grow = |order: usize| GROWTH * order as f64;
         Some(Self {
-            outer: grow(self.outer, outer, OUTER_STEP, MOST_OUTER)?,
-            inner: grow(self.inner, inner, INNER_STEP, MOST_INNER)?,
+            outer: if outer {
+                outer_of(grow(self.outer), 0)
+            } else {
+                self.outer
+            },
+            inner: if inner {
+                inner_of(grow(self.inner), 0)
+            } else {
+                self.inner
+            },
         })
     }
 }
 
-/// Up to a multiple of `step` from `least` to `most`.
-fn rounded(order: f64, step: usize, least: usize, most: usize) -> usize {
-    ((order / step as f64).ceil() as usize * step).clamp(least.min(most), most)
+fn outer_of(order: f64, least: usize) -> usize {
+    (order as usize + 1)
+        .max(least)
+        .next_multiple_of(OUTER_STEP)
+        .min(MOST_OUTER)
+}
+
+fn inner_of(order: f64, least: usize) -> usize {
+    inner_order((order as usize + 1).max(least)).min(MOST_INNER)
 }
 
 /// c_0 + sum c_i x_i + sum c_ij x_i x_j over i <= j.

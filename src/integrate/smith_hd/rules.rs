@@ -4,9 +4,20 @@ use super::kernel::LANES;
 use crate::numerics::lanes::sin_cos_turns;
 use std::sync::OnceLock;
 
-/// Step and largest order of the Gauss-Legendre rules.
-pub(super) const INNER_STEP: usize = 2;
-pub(super) const MOST_INNER: usize = 128;
+/// Largest order of the Gauss-Legendre rules.
+pub(super) const MOST_INNER: usize = 256;
+
+/// The next Gauss-Legendre order of those in use: even numbers to 32, then eight for every factor of 2, so that few rules
+/// are ever made.
+pub(super) fn inner_order(least: usize) -> usize {
+    let step = match least {
+        0..=32 => 2,
+        33..=64 => 4,
+        65..=128 => 8,
+        _ => 16,
+    };
+    least.next_multiple_of(step)
+}
 
 /// Step and largest order of the trapezoidal rules; even, for their halves.
 pub(super) const OUTER_STEP: usize = 2;
@@ -22,8 +33,8 @@ pub(super) struct Legendre {
 
 /// The rule of `n` nodes, an even number up to [`MOST_INNER`].
 pub(super) fn legendre(n: usize) -> &'static Legendre {
-    static RULES: [OnceLock<Legendre>; MOST_INNER / INNER_STEP] = [const { OnceLock::new() }; MOST_INNER / INNER_STEP];
-    RULES[n / INNER_STEP - 1].get_or_init(|| Legendre::new(n))
+    static RULES: [OnceLock<Legendre>; MOST_INNER / 2] = [const { OnceLock::new() }; MOST_INNER / 2];
+    RULES[n / 2 - 1].get_or_init(|| Legendre::new(n))
 }
 
 impl Legendre {
@@ -41,7 +52,7 @@ impl Legendre {
             let upper = i.min(n - 1 - i);
             let (_, mut x) = sin_cos_turns(0.5 * (upper as f64 + 0.75) / (order + 0.5));
             let mut slope = 1.0;
-            for _ in 0..6 {
+            for _ in 0..5 {
                 let [p, before, _] = polynomials(n, x);
                 slope = order * (before - x * p) / ((1.0 - x) * (1.0 + x));
                 x -= p / slope;
