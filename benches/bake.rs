@@ -1,18 +1,16 @@
-//! What a cell, a batch of samples, a table and a whole bake cost.
+//! What a cell, a table and a whole bake cost.
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::time::Duration;
-use whitefurnace::bxdf::{Bxdf, Microfacet, Model, Sampling};
+use whitefurnace::bxdf::{Microfacet, Model};
 use whitefurnace::distribution::Family;
 use whitefurnace::estimate::Estimator;
 use whitefurnace::export::exr;
 use whitefurnace::fresnel::Fresnel;
 use whitefurnace::integrate::deterministic::quadrature;
-use whitefurnace::integrate::monte_carlo::{Samples, Trial, estimate, outgoing};
-use whitefurnace::integrate::{Lobe, Target, fill};
+use whitefurnace::integrate::{Target, fill};
 use whitefurnace::masking::Masking;
-use whitefurnace::numerics::points::Points;
 use whitefurnace::plan::{Plan, Request, TablePlan};
 use whitefurnace::scene::Scene;
 use whitefurnace::spectrum::Spectrum;
@@ -60,6 +58,24 @@ fn means(criterion: &mut Criterion) {
     group.finish();
 }
 
+fn default_plan() -> Plan {
+    let request = Request {
+        resolution: 64,
+        roughness_resolution: 32,
+        mapping: None,
+        estimator: Estimator::Auto,
+        azimuth_resolution: 16,
+        tolerance: None,
+        samples: None,
+        seed: 0,
+    };
+    Plan::new(&Scene::default_scene(), &request).unwrap()
+}
+
+fn bake(plan: &TablePlan) -> Vec<u8> {
+    exr::to_bytes(&fill(plan, &|_| {}).unwrap()).unwrap()
+}
+
 /// Tables with the search for their lookup errors, on all cores.
 fn tables(criterion: &mut Criterion) {
     let plan = default_plan();
@@ -86,6 +102,6 @@ fn quick() -> Criterion {
 criterion_group! {
     name = benches;
     config = quick();
-    targets = cells, means, samples, tables
+    targets = cells, means, tables
 }
 criterion_main!(benches);
