@@ -62,7 +62,7 @@ const EXP: [f64; 12] = [
     1.0 / 6_227_020_800.0,
 ];
 
-/// c[0] + c[1] x + c[2] x^2 + ..., by Horner's rule.
+/// c_0 + c_1 x + c_2 x^2 + ..., by Horner's rule.
 #[inline(always)]
 pub fn polynomial<const N: usize>(x: f64, c: [f64; N]) -> f64 {
     let mut sum = 0.0;
