@@ -20,16 +20,15 @@ impl Line {
     /// residuals r.
     pub fn through(points: &[[f64; 2]]) -> Option<Self> {
         let n = points.len() as f64;
-        if points.len() < 3 || points.iter().flatten().any(|value| !value.is_finite()) {
+        // sums about the mean of equal numbers need not be 0
+        let same = points.iter().all(|[x, _]| *x == points[0][0]);
+        if points.len() < 3 || same || points.iter().flatten().any(|value| !value.is_finite()) {
             return None;
         }
         let mean = |k: usize| points.iter().map(|point| point[k]).sum::<f64>() / n;
         let (mx, my) = (mean(0), mean(1));
         let sxx: f64 = points.iter().map(|[x, _]| (x - mx).powi(2)).sum();
         let sxy: f64 = points.iter().map(|[x, y]| (x - mx) * (y - my)).sum();
-        if sxx == 0.0 {
-            return None;
-        }
         let slope = sxy / sxx;
         let intercept = my - slope * mx;
         let residuals: f64 = points.iter().map(|[x, y]| (y - intercept - slope * x).powi(2)).sum();
@@ -83,6 +82,8 @@ mod tests {
     fn too_little_is_no_line() {
         assert_eq!(Line::through(&[[0.0, 0.0], [1.0, 1.0]]), None);
         assert_eq!(Line::through(&[[1.0, 0.0], [1.0, 1.0], [1.0, 2.0]]), None);
+        // three times 0.1 over 3 is not 0.1
+        assert_eq!(Line::through(&[[0.1, 0.0], [0.1, 1.0], [0.1, 2.0]]), None);
         assert_eq!(Line::through(&[[0.0, 0.0], [1.0, 1.0], [2.0, f64::INFINITY]]), None);
     }
 }

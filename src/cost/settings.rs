@@ -44,7 +44,7 @@ impl Settings {
     pub fn full(seed: u64, threads: usize) -> Self {
         Self {
             texels: 64,
-            samples: (5..=8).map(|k| 1 << (2 * k)).collect(),
+            samples: [9, 11, 13, 15].map(|k| 1 << k).to_vec(),
             tolerances: (2..=11).map(|digits| 10f64.powi(-digits)).collect(),
             seeds: 3,
             reference_samples: 1 << 18,
