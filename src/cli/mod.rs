@@ -1,6 +1,7 @@
 //! The command line: arguments, and one file per command.
 
 mod bake;
+mod cost;
 mod format;
 mod inspect;
 mod number;
@@ -25,6 +26,7 @@ Examples:
   furnace plan scene.toml                   what a bake would compute, and what it would cost
   furnace rho --theta-deg 0,60,85           directional albedo at three angles
   furnace verify --tables outputs/default   whether models and tables keep their promises
+  furnace cost --quick                      what accuracy costs in time, with charts
   furnace inspect outputs/default/FILE.exr  what a table holds
 
 rho_hd is the share of light from one direction that a material reflects into all others; rho_hh is its mean.
@@ -50,6 +52,8 @@ enum Command {
     Rho(rho::Rho),
     /// Test energy conservation, reciprocity, sampling, normalisation, and baked tables.
     Verify(verify::Verify),
+    /// Show what accuracy costs in time: error against seconds, table size and storage, with charts.
+    Cost(cost::Cost),
     /// Say what a table holds, how it was made, its range and its error.
     Inspect(inspect::Inspect),
 }
@@ -59,7 +63,8 @@ enum Command {
 struct Common {
     /// Scene file (TOML); without one the built-in scene is used.
     scene: Option<PathBuf>,
-    /// How integrals are computed: auto, closed-form, quadrature, mc-uniform, mc-cosine, mc-normals, mc-visible, mc-bxdf.
+    /// How integrals are computed: auto, closed-form, quadrature, or samples: mc-uniform, mc-cosine, mc-normals, mc-visible,
+    /// mc-bxdf, each also as stratified-* (jittered strata) and qmc-* (Owen-scrambled Sobol points).
     #[arg(long, default_value = "auto", value_name = "NAME")]
     estimator: Estimator,
     /// Largest absolute error, 1e-12 to 0.5: of any value, and of bake and plan of any lookup in a table, whose sizes are
@@ -149,6 +154,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Command::Plan(plan) => plan.run()?,
         Command::Rho(rho) => rho.run()?,
         Command::Verify(verify) => return verify.run(),
+        Command::Cost(cost) => cost.run()?,
         Command::Inspect(inspect) => inspect.run()?,
     }
     Ok(Outcome::Good)
@@ -191,7 +197,7 @@ impl Common {
 
     /// Deterministic estimators draw no samples; who fixes their number gets told.
     fn tell_unused(&self) {
-        if self.samples.is_some() && !matches!(self.estimator, Estimator::MonteCarlo(_)) {
+        if self.samples.is_some() && !matches!(self.estimator, Estimator::MonteCarlo { .. }) {
             let estimator = self.estimator;
             eprintln!("note: --samples has no effect on --estimator {estimator}, which meets the tolerance instead");
         }

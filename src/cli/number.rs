@@ -9,6 +9,7 @@ use whitefurnace::table::axis::{MAX_SIZE, Mapping};
 use whitefurnace::verify::CONFIDENCE;
 
 const TOLERANCE: Legal = Legal::new("tolerance", 1e-12, 0.5);
+const SECONDS: Legal = Legal::new("seconds", 1.0, 86400.0);
 const THETA: Legal = Legal::new("theta", 0.0, 90.0);
 const PHI: Legal = Legal::new("phi", -360.0, 360.0);
 /// Wide enough for every family; the range of the material decides.
@@ -36,6 +37,10 @@ pub(super) fn confidence(text: &str) -> Result<f64, String> {
         )),
         Err(error) => Err(error),
     }
+}
+
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
+    number(text, SECONDS)
 }
 
 pub(super) fn mu(text: &str) -> Result<f64, String> {

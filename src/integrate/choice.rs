@@ -212,7 +212,7 @@ impl<'a> Chooser<'a> {
     fn texel_tolerance(&self, tolerance: f64) -> f64 {
         let share = match self.plan.estimator {
             _ if matches!(&self.profile, Ok(profile) if profile.axes.is_empty()) => ONLY_SHARE,
-            Estimator::MonteCarlo(_) => SAMPLED_SHARE,
+            Estimator::MonteCarlo { .. } => SAMPLED_SHARE,
             _ => TEXEL_SHARE,
         };
         // below that quadrature ends in rounding

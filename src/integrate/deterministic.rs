@@ -3,7 +3,7 @@
 use super::hemisphere::Mean;
 use super::{
     Angles, ErrorKind, Estimate, Estimator, IntegrateError, Lobe, Target, facets, half_angle_hd, half_angle_hh,
-    microfacet_hd, microfacet_hh,
+    microfacet_hd, microfacet_hh, smith_hd,
 };
 use crate::bxdf::{DiffuseSpecular, Flags, FresnelBlend, Microfacet, Model, SpecularReflection};
 use crate::fresnel::Fresnel;
@@ -96,7 +96,7 @@ pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estim
         }
         Model::Irregular(_) => Err(IntegrateError::Unsupported {
             estimator: Estimator::Quadrature,
-            reason: "f jumps between irregular samples; use auto or mc-bxdf",
+            reason: "f jumps between irregular samples; use auto or qmc-bxdf",
         }),
         Model::Lambertian(_) | Model::OrenNayar(_) | Model::SpecularTransmission(_) | Model::FresnelSpecular(_) => {
             Err(IntegrateError::Unsupported {
@@ -116,7 +116,11 @@ fn of_microfacet(microfacet: &Microfacet, target: Target, tolerance: f64) -> Res
     match (isotropic, target.outgoing) {
         (Some(lobe), Some(Angles { mu, .. })) => microfacet_hd::rho_hd(microfacet, lobe, mu, tolerance),
         (Some(lobe), None) => microfacet_hh::rho_hh(microfacet, lobe, tolerance),
-        (None, Some(Angles { mu, phi })) => facets::rho_hd(microfacet, mu, phi, tolerance),
+        // isotropic Smith lobes have rules of their own, where those certify
+        (None, Some(Angles { mu, phi })) => match smith_hd::rho_hd(microfacet, mu, tolerance) {
+            Some(integral) => Ok(integral),
+            None => facets::rho_hd(microfacet, mu, phi, tolerance),
+        },
         (None, None) => facets::rho_hh(microfacet, tolerance),
     }
 }

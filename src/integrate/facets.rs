@@ -19,7 +19,7 @@ mod tests;
 
 use super::hemisphere::Mean;
 use super::lobe::{Kink, NODE_LIMIT, pieces};
-use super::{IntegrateError, UNMASKED, UNMASKED_COAT};
+use super::{IntegrateError, UNMASKED, UNMASKED_COAT, smith_hd};
 use crate::bxdf::{FresnelBlend, Microfacet};
 use crate::distribution::{Distribution, Isotropic};
 use crate::fresnel::Edge;
@@ -75,7 +75,9 @@ pub(super) fn rho_hh(microfacet: &Microfacet, tolerance: f64) -> Result<Integral
         bound: 2.0,
         grows: microfacet.masking == Masking::None,
     }
-    .integrate(tolerance, |mu, phi, allowed| rho_hd(microfacet, mu, phi, allowed))
+    .integrate(tolerance, |mu, phi, allowed| {
+        smith_hd::rho_hd(microfacet, mu, allowed).map_or_else(|| rho_hd(microfacet, mu, phi, allowed), Ok)
+    })
 }
 
 /// rho_hd of the coat of a FresnelBlend at cos theta_o = `mu` and azimuth `phi`, with an absolute error of at most

@@ -23,6 +23,7 @@ mod profile;
 mod sampled;
 pub mod seen;
 mod segment;
+mod smith_hd;
 mod target;
 mod within;
 

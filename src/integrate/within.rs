@@ -49,7 +49,7 @@ pub fn fill_within(chooser: &Chooser<'_>, progress: Progress<'_>) -> Result<Fill
     let free: Vec<bool> = axes.iter().map(|axis| chooser.wish.size(axis).is_none()).collect();
     let mut kept: Option<Table> = None;
     // more texels cure neither given sizes nor noise
-    let sampled = matches!(plan.estimator, Estimator::MonteCarlo(_));
+    let sampled = matches!(plan.estimator, Estimator::MonteCarlo { .. });
     let mut corrections = if choice.error <= tolerance && !sampled {
         CORRECTIONS
     } else {
@@ -110,7 +110,7 @@ impl Chooser<'_> {
     fn unmet(&self, axes: &[Axis], tolerance: f64) -> String {
         let given = axes.iter().find(|axis| self.wish.size(axis).is_some());
         let rounding = Storage::F32.rounding(1.0);
-        if let Estimator::MonteCarlo(_) = self.plan.estimator {
+        if let Estimator::MonteCarlo { .. } = self.plan.estimator {
             return "samples leave noise at the texels: take more, or use --estimator auto".into();
         }
         if let Some(axis) = given {
