@@ -30,7 +30,7 @@ pub(super) fn run<J: Sync, T: Send>(
     };
     thread::scope(|scope| {
         for pool in &pools {
-            scope.spawn(|| pool.install(&take));
+            scope.spawn(|| pool.install(take));
         }
     });
     let results = results.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());

@@ -62,7 +62,7 @@ impl Scale {
                     .collect()
             }
             Kind::Decades => {
-                let named = self.powers(10.0, |k| power_of_ten(k));
+                let named = self.powers(10.0, power_of_ten);
                 match named.len() {
                     0 | 1 => self.subdivided(),
                     _ => named,
