@@ -67,6 +67,9 @@
 //! - [Matusik et al. 2003] W. Matusik, H. Pfister, M. Brand, L. McMillan, *A data-driven reflectance model*, SIGGRAPH.
 //! - [Maurer and Pontil 2009] A. Maurer, M. Pontil, *Empirical Bernstein bounds and sample-variance penalization*, COLT.
 //! - [Mikkelsen 2009] M. Mikkelsen, *Microfacet Based Bidirectional Reflectance Distribution Function*.
+//! - [L'Ecuyer et al. 2023] P. L'Ecuyer, M. Nakayama, A. Owen, B. Tuffin, *Confidence intervals for randomized quasi-Monte
+//!   Carlo estimators*, Winter Simulation Conference.
+//! - [Owen 1997] A. Owen, *Scrambled net variance for integrals of smooth functions*, Annals of Statistics 25.
 //! - [Patterson 1968] T. Patterson, *The optimum addition of points to quadrature formulae*, Mathematics of Computation 22.
 //! - [pbrt 2010] M. Pharr, G. Humphreys, *Physically Based Rendering*, second edition, chapter 8.
 //! - [pbrt 2016] M. Pharr, W. Jakob, G. Humphreys, *Physically Based Rendering*, third edition, section 8.2.
@@ -95,6 +98,8 @@
 //! [Matusik et al. 2003]: #bibliography
 //! [Maurer and Pontil 2009]: #bibliography
 //! [Mikkelsen 2009]: #bibliography
+//! [L'Ecuyer et al. 2023]: #bibliography
+//! [Owen 1997]: #bibliography
 //! [Patterson 1968]: #bibliography
 //! [pbrt 2010]: #bibliography
 //! [pbrt 2016]: #bibliography

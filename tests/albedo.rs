@@ -200,7 +200,7 @@ fn published_measurements_bake() {
         assert_eq!(plan.tables.len(), 2);
         for planned in &plan.tables {
             let table = fill(planned, &|_| {}).unwrap();
-            assert_eq!(table.estimator, "mc-bxdf");
+            assert_eq!(table.estimator, "qmc-bxdf");
             assert!(table.max_texel_error() <= 0.2001, "{}", table.max_texel_error());
             assert!(table.values.iter().all(|value| value.min_element() > 0.0));
         }

@@ -30,7 +30,7 @@ pub use microfacet::Microfacet;
 pub use model::Model;
 pub use oren_nayar::OrenNayar;
 pub use specular::{FresnelSpecular, SpecularReflection, SpecularTransmission, Transport};
-pub use weights::{BLOCK, Draws, Weights};
+pub use weights::{BLOCK, Draws, Lane};
 
 use crate::geometry::Polar;
 use crate::spectrum::Channels;
@@ -138,7 +138,7 @@ pub trait Bxdf: Sync {
     /// [`Flags::REFLECTION`] or [`Flags::TRANSMISSION`]. Only the independent channels of `weights` are written.
     ///
     /// A model may override it by something faster that gives the same numbers but for rounding.
-    fn weights(&self, sampling: Sampling, side: Flags, draws: Draws<'_>, weights: Weights<'_>) {
+    fn weights(&self, sampling: Sampling, side: Flags, draws: Draws<'_>, weights: &mut [Lane; 3]) {
         weights::one_by_one(self, sampling, side, draws, weights);
     }
 }
@@ -183,7 +183,7 @@ impl<B: Bxdf + ?Sized> Bxdf for $pointer {
         (**self).dimensions(sampling)
     }
 
-    fn weights(&self, sampling: Sampling, side: Flags, draws: Draws<'_>, weights: Weights<'_>) {
+    fn weights(&self, sampling: Sampling, side: Flags, draws: Draws<'_>, weights: &mut [Lane; 3]) {
         (**self).weights(sampling, side, draws, weights);
     }
 }

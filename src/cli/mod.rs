@@ -15,6 +15,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use whitefurnace::bxdf::Model;
 use whitefurnace::estimate::{Effort, Estimator, default_tolerance};
+use whitefurnace::integrate::choice::Wish;
 use whitefurnace::plan::Request;
 use whitefurnace::scene::{Material, Scene};
 use whitefurnace::table::axis::Mapping;
@@ -66,9 +67,10 @@ struct Common {
     /// mc-bxdf, each also as stratified-* (jittered strata) and qmc-* (Owen-scrambled Sobol points).
     #[arg(long, default_value = "auto", value_name = "NAME")]
     estimator: Estimator,
-    /// Largest absolute error of any value, 1e-12 to 0.5; by default 1e-6, and 1e-2 for irregular measured samples.
-    #[arg(long, value_name = "ERROR", value_parser = number::tolerance)]
-    tolerance: Option<f64>,
+    /// Largest absolute error, 1e-12 to 0.5: of any value, and of bake and plan of any lookup in a table, whose sizes are
+    /// then chosen. By default 1e-6 for values and texels, and 1e-2 for irregular measured samples.
+    #[arg(long, value_name = "ERROR", value_delimiter = ',', value_parser = number::tolerance)]
+    tolerance: Vec<f64>,
     /// Fixed number of Monte Carlo samples instead of the tolerance, 2 to 2^40.
     #[arg(long, value_name = "N", value_parser = number::samples)]
     samples: Option<u64>,
@@ -86,16 +88,16 @@ struct Common {
 /// The shape of tables.
 #[derive(Debug, Args)]
 struct Shape {
-    /// Texels along mu, 2 to 16384.
-    #[arg(long, default_value_t = 64, value_name = "N", value_parser = number::resolution)]
-    resolution: usize,
-    /// Texels along a roughness axis, 2 to 16384.
-    #[arg(long, default_value_t = 32, value_name = "N", value_parser = number::resolution)]
-    roughness_resolution: usize,
-    /// Texels along the azimuth of anisotropic materials, 2 to 16384.
-    #[arg(long, default_value_t = 16, value_name = "N", value_parser = number::resolution)]
-    azimuth_resolution: usize,
-    /// Mapping of the mu axis: mu, sqrt-mu, or auto, which measures both and keeps the better.
+    /// Texels along mu, 2 to 16384; 64, or with --tolerance as many as it takes.
+    #[arg(long, value_name = "N", value_parser = number::resolution)]
+    resolution: Option<usize>,
+    /// Texels along a roughness axis, 2 to 16384; 32, or with --tolerance as many as it takes.
+    #[arg(long, value_name = "N", value_parser = number::resolution)]
+    roughness_resolution: Option<usize>,
+    /// Texels along the azimuth of anisotropic materials, 2 to 16384; 16, or with --tolerance as many as it takes.
+    #[arg(long, value_name = "N", value_parser = number::resolution)]
+    azimuth_resolution: Option<usize>,
+    /// Mapping of the mu axis: mu, sqrt-mu, fourth-root-mu, or auto, which keeps the one that serves best.
     #[arg(long, default_value = "auto", value_name = "MAPPING", value_parser = number::mapping)]
     axis: AxisChoice,
 }
@@ -201,26 +203,53 @@ impl Common {
         }
     }
 
-    fn effort(&self, model: &Model) -> Effort {
+    /// The tolerance of a command that takes one.
+    fn tolerance(&self) -> Result<Option<f64>, Failure> {
+        match &self.tolerance[..] {
+            [] => Ok(None),
+            [one] => Ok(Some(*one)),
+            several => {
+                let count = several.len();
+                Err(
+                    format!("--tolerance: {count} values are not allowed: only rho takes several, the others one")
+                        .into(),
+                )
+            }
+        }
+    }
+
+    /// The error that lookups may have, where one is asked for.
+    fn wish(&self, shape: &Shape) -> Result<Option<Wish>, Failure> {
+        let tolerance = self.tolerance()?;
+        Ok(tolerance.map(|tolerance| Wish {
+            tolerance,
+            mu: shape.resolution,
+            roughness: shape.roughness_resolution,
+            azimuth: shape.azimuth_resolution,
+            mapping: shape.axis.0,
+        }))
+    }
+
+    fn effort(&self, model: &Model, tolerance: Option<f64>) -> Effort {
         Effort {
-            tolerance: self.tolerance.unwrap_or_else(|| default_tolerance(model)),
+            tolerance: tolerance.unwrap_or_else(|| default_tolerance(model)),
             samples: self.samples,
             seed: self.seed,
         }
     }
 
-    fn request(&self, shape: &Shape) -> Request {
+    fn request(&self, shape: &Shape) -> Result<Request, Failure> {
         self.tell_unused();
-        Request {
-            resolution: shape.resolution,
-            roughness_resolution: shape.roughness_resolution,
-            azimuth_resolution: shape.azimuth_resolution,
+        Ok(Request {
+            resolution: shape.resolution.unwrap_or(64),
+            roughness_resolution: shape.roughness_resolution.unwrap_or(32),
+            azimuth_resolution: shape.azimuth_resolution.unwrap_or(16),
             mapping: shape.axis.0,
             estimator: self.estimator,
-            tolerance: self.tolerance,
+            tolerance: self.tolerance()?,
             samples: self.samples,
             seed: self.seed,
-        }
+        })
     }
 
     /// Runs `work` on the number of threads asked for.

@@ -84,6 +84,7 @@ pub(super) fn mapping(text: &str) -> Result<AxisChoice, String> {
         "auto" => Ok(AxisChoice(None)),
         "mu" => Ok(AxisChoice(Some(Mapping::Mu))),
         "sqrt-mu" => Ok(AxisChoice(Some(Mapping::SqrtMu))),
-        _ => Err("known mappings are auto, mu and sqrt-mu".into()),
+        "fourth-root-mu" => Ok(AxisChoice(Some(Mapping::FourthRootMu))),
+        _ => Err("known mappings are auto, mu, sqrt-mu and fourth-root-mu".into()),
     }
 }

@@ -11,6 +11,7 @@ mod anisotropic;
 mod beckmann;
 mod ggx;
 mod isotropic;
+pub(crate) mod lanes;
 mod phong;
 #[cfg(test)]
 mod tests;

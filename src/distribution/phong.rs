@@ -24,6 +24,11 @@ impl Phong {
         Self { n }
     }
 
+    /// Exponent.
+    pub fn n(&self) -> f64 {
+        self.n
+    }
+
     pub(super) fn p(&self, theta: Polar) -> f64 {
         self.power(theta, self.n + 1.0)
     }

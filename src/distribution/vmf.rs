@@ -11,6 +11,9 @@ use std::f64::consts::TAU;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vmf {
     kappa: f64,
+    /// e^-kappa and 1 - e^-kappa.
+    decay: f64,
+    whole: f64,
     /// kappa/(2 pi (1 - e^-kappa)), the density at the pole.
     peak: f64,
 }
@@ -25,12 +28,28 @@ impl Vmf {
     /// [`ParameterError`] outside that range.
     pub fn new(kappa: f64) -> Result<Self, ParameterError> {
         KAPPA.check(kappa)?;
+        let (decay, whole) = ((-kappa).exp(), -(-kappa).exp_m1());
         let peak = if kappa < UNIFORM {
             TAU.recip()
         } else {
-            kappa / (-TAU * (-kappa).exp_m1())
+            kappa / (TAU * whole)
         };
-        Ok(Self { kappa, peak })
+        Ok(Self {
+            kappa,
+            decay,
+            whole,
+            peak,
+        })
+    }
+
+    /// Concentration.
+    pub fn kappa(&self) -> f64 {
+        self.kappa
+    }
+
+    /// The density at the pole, in sr^-1.
+    pub(super) fn peak(&self) -> f64 {
+        self.peak
     }
 
     pub(super) fn p(&self, theta: Polar) -> f64 {
@@ -48,12 +67,11 @@ impl Vmf {
         if kappa < UNIFORM {
             return -theta.ln_cos();
         }
-        let whole = (-kappa).exp_m1();
-        let cdf = (-kappa * v).exp_m1() / whole;
+        let cdf = -(-kappa * v).exp_m1() / self.whole;
         if cdf < 0.5 {
             -(-cdf).ln_1p()
         } else {
-            kappa * v - ((-kappa * theta.cos).exp_m1() / whole).ln()
+            kappa * v - (-(-kappa * theta.cos).exp_m1() / self.whole).ln()
         }
     }
 
@@ -64,24 +82,29 @@ impl Vmf {
         if kappa < UNIFORM {
             return Polar::from_versine(-(-exposure).exp_m1(), (-exposure).exp());
         }
-        let whole = -(-kappa).exp_m1();
+        if kappa - exposure > 40.0 {
+            // e^(E - kappa) is lost beside 1: nothing of the lobe reaches the horizon
+            let versine = exposure / kappa;
+            return Polar::from_versine(versine, 1.0 - versine);
+        }
         let versine = if kappa < 1.0 {
-            -((-exposure).exp_m1() * whole).ln_1p() / kappa
+            -((-exposure).exp_m1() * self.whole).ln_1p() / kappa
         } else if exposure < 30.0 {
-            (exposure - ((-kappa).exp() * exposure.exp_m1()).ln_1p()) / kappa
+            (exposure - (self.decay * exposure.exp_m1()).ln_1p()) / kappa
         } else {
             // e^E - 1 = e^E to the last bit
             (exposure - (exposure - kappa).exp().ln_1p()) / kappa
         };
+        if versine < 0.5 {
+            return Polar::from_versine(versine.max(0.0), 1.0 - versine);
+        }
         let rest = kappa - exposure;
         let cos = if rest < -40.0 {
             // ln(1 + x) = x to the last bit, and x itself may underflow where x/kappa does not
-            rest.exp() * (whole / kappa)
-        } else if rest < 40.0 {
-            (whole * rest.exp()).ln_1p() / kappa
+            rest.exp() * (self.whole / kappa)
         } else {
-            1.0 - versine
+            (self.whole * rest.exp()).ln_1p() / kappa
         };
-        Polar::from_versine(versine.clamp(0.0, 1.0), cos.clamp(0.0, 1.0))
+        Polar::from_versine(versine.min(1.0), cos.clamp(0.0, 1.0))
     }
 }

@@ -4,6 +4,7 @@
 //! At cos theta = 0 every interface reflects everything; where the indices match (eta = 1, k = 0) the limit along
 //! cos theta -> 0 is taken instead, which is 0.
 
+pub(crate) mod lanes;
 mod mean;
 
 pub use mean::dielectric_mean;

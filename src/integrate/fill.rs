@@ -81,7 +81,8 @@ pub fn fill(plan: &TablePlan, progress: Progress<'_>) -> Result<Table, FillError
     Ok(best.ok_or_else(empty)?.checked()?)
 }
 
-fn fill_axes(plan: &TablePlan, axes: &[Axis], progress: Progress<'_>) -> Result<Table, FillError> {
+/// The texels over `axes`, and the error between them.
+pub(super) fn fill_axes(plan: &TablePlan, axes: &[Axis], progress: Progress<'_>) -> Result<Table, FillError> {
     let mut table = texels(plan, axes, progress)?;
     if !axes.is_empty() {
         table.between = Some(between(plan, &table, progress)?);

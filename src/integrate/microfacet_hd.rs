@@ -11,7 +11,7 @@
 //!   plane of incidence, simple fractions of the elevation beta = pi/2 - theta_o.
 
 use super::lobe::{Kink, LobeIntegral, NODE_LIMIT};
-use super::segment::{Segment, azimuth_mean};
+use super::segment::{Place, Segment, azimuth_mean, mean_between};
 use super::{IntegrateError, UNMASKED};
 use crate::bxdf::Microfacet;
 use crate::distribution::Isotropic;
@@ -52,7 +52,7 @@ pub(super) fn rho_hd(
         Fresnel::None => {
             // what is lost, 1 - rho, keeps its digits where rho is close to 1
             let whole = LobeIntegral { end: None, ..lobe };
-            let lost = whole.integrate(|theta, _| Ok(one(azimuth.lost(theta))))?;
+            let lost = whole.integrate(|theta, _| Ok(one(DVec3::splat(azimuth.lost(theta)))))?;
             Ok(lost.complement().scaled(microfacet.reflectance.value()))
         }
         _ => lobe.integrate(|theta, allowed| azimuth.reflected(theta, microfacet, &edges, allowed)),
@@ -72,7 +72,7 @@ fn unmasked(
     let lobe = LobeIntegral { tolerance, ..lobe };
     let product = match microfacet.fresnel {
         Fresnel::None => {
-            let integral = lobe.integrate(|theta, _| Ok(one(azimuth_mean(azimuth.segments(theta)))))?;
+            let integral = lobe.integrate(|theta, _| Ok(one(DVec3::splat(azimuth_mean(azimuth.segments(theta))))))?;
             integral.scaled(microfacet.reflectance.value())
         }
         _ => lobe.integrate(|theta, allowed| azimuth.reflected(theta, microfacet, edges, allowed))?,
@@ -258,23 +258,17 @@ impl Azimuth {
     ///
     /// The mean of t over the circle is 1, so 1 - W is also the mean of t - w, whose segments do not cancel as long as
     /// t stays positive, tau <= 1; it vanishes exactly where no kink is on the circle.
-    fn lost(&self, theta: Polar) -> DVec3 {
+    fn lost(&self, theta: Polar) -> f64 {
         let tau = self.tau(theta);
         if tau > 1.0 {
-            return DVec3::ONE - azimuth_mean(self.segments(theta));
+            return 1.0 - azimuth_mean(self.segments(theta));
         }
         let [horizon, rising, level] = self.breaks(theta);
+        let [horizon, rising, level] = [horizon, rising.max(horizon), level].map(Place::at);
         let square = 4.0 * theta.cos * theta.cos;
-        let differences = [
-            (-1.0, horizon, (1.0, tau)),
-            (horizon, rising, (3.0 - square, tau * (1.0 - square))),
-            (level, 1.0, (-1.0, tau)),
-        ];
-        azimuth_mean(
-            differences
-                .into_iter()
-                .filter_map(|(from, to, line)| Segment::clipped(from, to, -1.0, line)),
-        )
+        mean_between(Place::FIRST, horizon, (1.0, tau))
+            + mean_between(horizon, rising, (3.0 - square, tau * (1.0 - square)))
+            + mean_between(level, Place::LAST, (-1.0, tau))
     }
 
     /// Any F: (1/pi) int R F(o.h) w dphi, segment by segment.

@@ -108,7 +108,7 @@ impl Moments {
     /// been seen once, and changes a value by as much as the largest one. This is the form of empirical Bernstein bounds
     /// [Maurer and Pontil 2009]; it also exceeds the shift of the studentised mean by skewness [Johnson 1978].
     pub fn half_width(&self, confidence: f64) -> DVec3 {
-        self.student(confidence) + self.unseen(confidence) / self.count as f64
+        self.student(confidence) + self.unseen(confidence) / self.count.max(1) as f64
     }
 
     /// Student's t times s/sqrt(n): the half-width for values that are normally distributed.

@@ -106,33 +106,51 @@ impl PointSet {
                     u[..len].fill_with(|| stream.uniform());
                 }
             }
-            Points::Stratified => {
-                for i in 0..len {
-                    self.stratum(from + i as u64, |dimension, start, width| {
-                        u[dimension][i] = (start + width * stream.uniform()).min(BELOW_ONE);
-                    });
-                }
-            }
+            Points::Stratified => self.strata(stream, from, u, len),
             Points::Quasi => self.sobol(stream, from, u, len),
         }
     }
 
-    /// The box of the point `index`, told as the low end and the width of each dimension.
+    fn strata(&self, stream: &mut Stream, from: u64, u: &mut [[f64; BLOCK]], len: usize) {
+        let mut made = 0;
+        while made < len {
+            let row = self.row(from + made as u64);
+            let run = ((row.count - row.index) as usize).min(len - made);
+            let (outer, last) = u.split_at_mut(self.dimensions - 1);
+            let last = &mut last[0];
+            let scale = 1.0 / row.count as f64;
+            for i in 0..run {
+                for (u, (start, width)) in outer.iter_mut().zip(row.sides) {
+                    u[made + i] = (start + width * stream.uniform()).min(BELOW_ONE);
+                }
+                let place = (row.index + i as u64) as f64 + stream.uniform();
+                last[made + i] = (place * scale).min(BELOW_ONE);
+            }
+            made += run;
+        }
+    }
+
+    /// The row of boxes that the point `index` is in.
     ///
-    /// The cube is cut into slabs across the first dimension, as many points to each as their width says, these across the
-    /// second, and so on: boxes of equal volume for any count.
-    fn stratum(&self, index: u64, mut side: impl FnMut(usize, f64, f64)) {
-        let (mut i, mut n) = (index, self.count);
-        for dimension in 0..self.dimensions {
-            let last = dimension + 1 == self.dimensions;
-            let slabs = if last { n } else { self.slabs[dimension].min(n) };
+    /// The cube is cut into slabs across the first dimension, with widths in proportion to the points that go to each, these
+    /// across the second, and so on, and the rows that are left into one box for each point: of equal volume for any count.
+    fn row(&self, index: u64) -> Row {
+        let mut row = Row {
+            sides: [(0.0, 1.0); DIMENSIONS],
+            index,
+            count: self.count,
+        };
+        for dimension in 0..self.dimensions - 1 {
+            let n = row.count;
+            let slabs = self.slabs[dimension].min(n);
             // slab j holds the points from j n/slabs, rounded up
-            let j = i * slabs / n;
+            let j = row.index * slabs / n;
             let start = (j * n).div_ceil(slabs);
             let end = ((j + 1) * n).div_ceil(slabs);
-            side(dimension, start as f64 / n as f64, (end - start) as f64 / n as f64);
-            (i, n) = (i - start, end - start);
+            row.sides[dimension] = (start as f64 / n as f64, (end - start) as f64 / n as f64);
+            (row.index, row.count) = (row.index - start, end - start);
         }
+        row
     }
 
     fn sobol(&self, stream: &mut Stream, from: u64, u: &mut [[f64; BLOCK]], len: usize) {
@@ -157,8 +175,17 @@ impl PointSet {
     }
 }
 
+/// Boxes that differ in the last dimension alone.
+struct Row {
+    /// Low end and width of each of the other dimensions.
+    sides: [(f64, f64); DIMENSIONS],
+    /// Of the boxes in the row, the one asked for.
+    index: u64,
+    count: u64,
+}
+
 /// The largest number below 1.
-const BELOW_ONE: f64 = 1.0 - 0.5 * f64::EPSILON;
+pub const BELOW_ONE: f64 = 1.0 - 0.5 * f64::EPSILON;
 
 fn stream(id: StreamId, batch: u32) -> Stream {
     Stream::new(StreamId {
@@ -237,8 +264,11 @@ mod tests {
             let set = PointSet::new(Points::Stratified, id, count, dimensions);
             let mut boxes: Vec<Vec<(f64, f64)>> = Vec::new();
             for index in 0..count {
-                let mut sides = Vec::new();
-                set.stratum(index, |_, start, width| sides.push((start, start + width)));
+                let row = set.row(index);
+                let outer = row.sides[..dimensions - 1].iter();
+                let mut sides: Vec<(f64, f64)> = outer.map(|(start, width)| (*start, start + width)).collect();
+                let [low, high] = [row.index, row.index + 1].map(|k| k as f64 / row.count as f64);
+                sides.push((low, high));
                 let volume: f64 = sides.iter().map(|(low, high)| high - low).product();
                 assert!(
                     (volume * count as f64 - 1.0).abs() < 1e-12,
@@ -256,7 +286,7 @@ mod tests {
             for (dimension, u) in points(Points::Stratified, 0, count, dimensions).iter().enumerate() {
                 for (u, sides) in u.iter().zip(&boxes) {
                     let (low, high) = sides[dimension];
-                    assert!(*u >= low && *u <= high && *u < 1.0);
+                    assert!(*u >= low - 1e-15 && *u <= high + 1e-15 && *u < 1.0); // rounding of the ends
                 }
             }
         }

@@ -344,28 +344,27 @@ pub fn integrate(
             });
         }
         let worst = panels.iter().map(Panel::error).fold(0.0, f64::max);
-        let mut refined = Vec::with_capacity(panels.len() + 8);
-        for mut panel in panels {
+        for i in 0..panels.len() {
+            let panel = &mut panels[i];
             if panel.error() < 0.5 * worst {
-                refined.push(panel);
-            } else if panel.converges() {
-                panel.evaluate(panel.level + 1, &mut f, &mut evaluations);
-                refined.push(panel);
-            } else {
-                let (piece, from, to) = (panel.piece, panel.from, panel.to);
-                let middle = 0.5 * (from + to);
-                if middle <= from || middle >= to {
-                    return Err(NotConverged {
-                        reached: open.max_element(),
-                        tolerance,
-                        evaluations,
-                    });
-                }
-                refined.push(Panel::new(piece, (from, middle), &mut f, &mut evaluations));
-                refined.push(Panel::new(piece, (middle, to), &mut f, &mut evaluations));
+                continue;
             }
+            if panel.converges() {
+                panel.evaluate(panel.level + 1, &mut f, &mut evaluations);
+                continue;
+            }
+            let (piece, from, to) = (panel.piece, panel.from, panel.to);
+            let middle = 0.5 * (from + to);
+            if middle <= from || middle >= to {
+                return Err(NotConverged {
+                    reached: open.max_element(),
+                    tolerance,
+                    evaluations,
+                });
+            }
+            *panel = Panel::new(piece, (from, middle), &mut f, &mut evaluations);
+            panels.push(Panel::new(piece, (middle, to), &mut f, &mut evaluations));
         }
-        panels = refined;
     }
 }
 

@@ -79,11 +79,11 @@ impl Block {
             cosine_hemispheres(&points[direction], &points[direction + 1], &mut self.wo);
         }
         let draws = Draws {
-            wo: self.wo.each_ref().map(|w| &w[..len]),
-            u: [0, 1, 2].map(|k| &points[k][..len]),
+            wo: &self.wo,
+            u: [0, 1, 2].map(|k| &points[k]),
+            len,
         };
-        let weights = self.weights.each_mut().map(|w| &mut w[..len]);
-        bxdf.weights(trial.sampling, trial.lobe.flag(), draws, weights);
+        bxdf.weights(trial.sampling, trial.lobe.flag(), draws, &mut self.weights);
     }
 
     pub(super) fn moments<B: Bxdf + ?Sized>(&self, bxdf: &B, len: usize) -> Moments {

@@ -5,7 +5,7 @@ use super::{CONFIDENCE, FEWEST_HITS, Outgoing, Trial};
 use crate::bxdf::{BLOCK, Bxdf, Sampling};
 use crate::geometry::Polar;
 use crate::numerics::moments::Moments;
-use crate::numerics::points::DIMENSIONS;
+use crate::numerics::points::{BELOW_ONE, DIMENSIONS};
 use crate::numerics::stream::{Stream, StreamId};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
@@ -60,7 +60,7 @@ fn ends<B: Bxdf + ?Sized>(bxdf: &B, trial: &Trial, volume: f64, spent: &mut u64)
                         points[index] = at;
                     }
                     let distance = volume * SHRINK.powi(-(shell as i32));
-                    points[dimension][index] = if top { 1.0 - distance } else { distance };
+                    points[dimension][index] = if top { (1.0 - distance).min(BELOW_ONE) } else { distance };
                 }
             }
             block.weigh(bxdf, trial, &points, BLOCK);

@@ -3,7 +3,7 @@
 use super::Slopes;
 use super::rules::{Circle, Legendre};
 use crate::geometry::Polar;
-use crate::numerics::lanes::{exp, gaussian_tail, ln, polynomial};
+use crate::numerics::lanes::{exp, ln, polynomial, scaled_ierfc};
 use glam::DVec3;
 use multiversion::multiversion;
 
@@ -35,8 +35,6 @@ pub(super) struct Rows {
     pub(super) length: Vec<f64>,
     /// dphi/dpsi times that.
     pub(super) scale: Vec<f64>,
-    /// 1 - cos phi.
-    pub(super) versine: Vec<f64>,
 }
 
 /// Scratch of one thread: rows, and nodes row after row.
@@ -58,6 +56,12 @@ pub(super) struct Scratch {
     pub(super) columns: [Vec<f64>; 3],
 }
 
+/// Whole vectors of the widest machine: loops over a remainder are slow.
+pub(super) const LANES: usize = 8;
+
+/// Squared ratio of n.i and the stretched sine from which on nothing is hidden: e^-700.
+const MOST_SQUARE: f64 = 700.0;
+
 fn resize(vector: &mut Vec<f64>, length: usize) {
     if vector.len() < length {
         vector.resize(length, 0.0);
@@ -65,9 +69,9 @@ fn resize(vector: &mut Vec<f64>, length: usize) {
 }
 
 impl Scratch {
-    /// Computes the integrand, times dphi/dpsi where the rows are weighted, at all nodes.
+    /// Computes the integrand at all nodes.
     pub(super) fn evaluate(&mut self, constants: &Constants, circle: &Circle, legendre: &Legendre) {
-        let (height, width) = (circle.sin2.len(), legendre.nodes.len());
+        let (height, width) = (circle.weights.len(), legendre.nodes.len());
         let rows = &mut self.rows;
         for vector in [
             &mut rows.reach,
@@ -75,10 +79,11 @@ impl Scratch {
             &mut rows.x,
             &mut rows.length,
             &mut rows.scale,
-            &mut rows.versine,
         ] {
-            resize(vector, height);
+            resize(vector, circle.sin2.len());
         }
+        self.count = height * width;
+        let padded = self.count.next_multiple_of(LANES);
         for vector in [
             &mut self.t,
             &mut self.reach,
@@ -86,10 +91,10 @@ impl Scratch {
             &mut self.x,
             &mut self.value,
         ] {
-            resize(vector, height * width);
+            resize(vector, padded);
         }
         fill_rows(constants, circle, rows);
-        for (j, start) in (0..height * width).step_by(width).enumerate() {
+        for (j, start) in (0..self.count).step_by(width).enumerate() {
             let range = start..start + width;
             self.reach[range.clone()].fill(rows.reach[j]);
             self.inverse[range.clone()].fill(rows.inverse[j]);
@@ -99,19 +104,21 @@ impl Scratch {
                 *t = length * node;
             }
         }
-        let count = height * width;
-        self.count = count;
+        // nodes that nobody looks at
+        for vector in [&mut self.t, &mut self.reach, &mut self.inverse, &mut self.x] {
+            vector[self.count..padded].fill(0.5);
+        }
         let run = match constants.slopes {
             Slopes::Ggx => ggx,
             Slopes::Gaussian => beckmann,
         };
         run(
             constants,
-            &mut self.t[..count],
-            &self.reach[..count],
-            &self.inverse[..count],
-            &self.x[..count],
-            &mut self.value[..count],
+            &mut self.t[..padded],
+            &self.reach[..padded],
+            &self.inverse[..padded],
+            &self.x[..padded],
+            &mut self.value[..padded],
         );
     }
 
@@ -122,12 +129,13 @@ impl Scratch {
     pub(super) fn reflect(
         &mut self,
         constants: &Constants,
-        legendre: &Legendre,
+        (circle, legendre): (&Circle, &Legendre),
         grey: bool,
         reflectance: impl Fn(Polar) -> DVec3,
     ) {
         let Constants { mu, sin_o, .. } = *constants;
         let width = legendre.nodes.len();
+        let versines: Vec<f64> = circle.sin2.iter().map(|sin2| versine(constants, *sin2)).collect();
         let channels = if grey { 1 } else { 3 };
         let count = self.count;
         for channel in &mut self.reflected[..channels] {
@@ -137,7 +145,7 @@ impl Scratch {
             let theta_h = Polar::from_tan(self.t[i]);
             let in_plane = sin_o * theta_h.cos - mu * theta_h.sin;
             let closest = in_plane * in_plane / (1.0 + mu * theta_h.cos + sin_o * theta_h.sin);
-            let versine = closest + sin_o * theta_h.sin * self.rows.versine[i / width];
+            let versine = closest + sin_o * theta_h.sin * versines[i / width];
             let cos = (mu + self.x[i] * self.t[i]) * theta_h.cos;
             let theta_d = Polar::from_versine(versine.clamp(0.0, 1.0), cos.clamp(0.0, 1.0));
             let weighted = self.value[i] * reflectance(theta_d);
@@ -203,8 +211,30 @@ impl Sums {
     }
 }
 
+/// 1 - cos phi = (1 + e^(p - 2 A)) (1 - e^-p)/(1 - e^(-2 A)) at a node of the outer rule.
+fn versine(constants: &Constants, sin2: f64) -> f64 {
+    let Constants { mu, sin_o, .. } = *constants;
+    if sin_o == 0.0 {
+        return 0.0;
+    }
+    let whole = 1.0 + sin_o;
+    let p = 2.0 * (whole / mu).ln() * sin2;
+    // 1 - e^(-2 A) = 2 sin theta_o/(1 + sin theta_o)
+    (1.0 + p.exp() * (mu / whole).powi(2)) * -(-p).exp_m1() * whole / (2.0 * sin_o)
+}
+
+/// Four sums side by side, in an order of its own whatever the width of the machine.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let (a, a_rest) = a.as_chunks::<4>();
+    let (b, b_rest) = b.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "x86_64+avx"))]
@@ -261,11 +291,7 @@ fn fill_rows(constants: &Constants, circle: &Circle, rows: &mut Rows) {
         &mut rows.inverse[..height],
         &mut rows.x[..height],
     );
-    let (length, scale, versine) = (
-        &mut rows.length[..height],
-        &mut rows.scale[..height],
-        &mut rows.versine[..height],
-    );
+    let (length, scale) = (&mut rows.length[..height], &mut rows.scale[..height]);
     for j in 0..height {
         let (p, q) = (twice * sin2[j], twice * cos2[j]);
         let (power, other) = (exp(p), exp(q));
@@ -277,10 +303,6 @@ fn fill_rows(constants: &Constants, circle: &Circle, rows: &mut Rows) {
         reach[j] = y;
         inverse[j] = inverse_t;
         x[j] = 0.5 * (y - mu * inverse_t);
-        // 1 - cos phi = (1 + e^(p - 2 A)) (1 - e^-p)/(1 - e^(-2 A)), and 1 - e^-p = 2 sinh(p/2) e^(-p/2)
-        let half = exp(0.5 * p);
-        let one_less = p * shc(0.5 * p, half) / half;
-        versine[j] = (1.0 + other.recip()) * one_less * whole / (2.0 * sin_o.max(f64::MIN_POSITIVE));
         let last = inverse_t.recip().min(limit);
         let ratio = if ggx { last / alpha } else { last };
         let root = (1.0 + ratio * ratio).sqrt();
@@ -341,16 +363,22 @@ fn beckmann(constants: &Constants, t: &mut [f64], reach: &[f64], inverse: &[f64]
     let scale = 4.0 * factor * over;
     for i in 0..count {
         let u = t[i];
-        let one = 1.0 / ((1.0 - u) * (1.0 + u));
+        let (square, less) = (u * u, (1.0 - u) * (1.0 + u));
+        let both = (less * (1.0 + square)).recip();
+        let one = both * (1.0 + square); // 1/(1 - u^2)
+        let cos_h = both * less * less; // (1 - u^2)/(1 + u^2)
         let tan = 2.0 * u * one;
         let slope = tan * over;
-        let jacobian = (1.0 + u * u) * one * one;
-        let q = 1.0 + tan * tan;
-        let cos_i = (reach[i] - mu * tan).max(0.0) * (tan + inverse[i]) / q;
+        let jacobian = (1.0 + square) * one * one;
+        let cos_i = (reach[i] - mu * tan).max(0.0) * (tan + inverse[i]) * (cos_h * cos_h);
         let stretched = alpha * ((1.0 - cos_i) * (1.0 + cos_i)).max(0.0).sqrt();
-        let hidden = 0.5 * stretched * gaussian_tail((cos_i / stretched.max(f64::MIN_POSITIVE)).min(26.0));
+        // ierfc of (n.i)/stretched, times (n.i + stretched)^2/stretched^2
+        let sum = cos_i + stretched;
+        let ratio = (cos_i * cos_i / (stretched * stretched).max(f64::MIN_POSITIVE)).min(MOST_SQUARE);
+        let scaled = scaled_ierfc((cos_i - 3.0 * stretched) / (cos_i + 3.0 * stretched));
+        let hidden = 0.5 * (stretched * stretched * stretched) * exp(-ratio) * scaled;
         let numerator = scale * slope * exp(-slope * slope) * jacobian * (mu + x[i] * tan) * cos_i;
-        value[i] = numerator / (own * cos_i + other * hidden);
+        value[i] = numerator * (sum * sum) / (own * cos_i * (sum * sum) + other * hidden);
         t[i] = tan;
     }
 }

@@ -1,11 +1,11 @@
 //! The orders that a lobe, a direction and a tolerance are likely to need.
 //!
 //! They only save work: whether an order was enough is read off the values of the rule itself. Each is the exponential of a
-//! quadratic polynomial, fitted to the smallest orders that certified 24 000 random cases (alpha and mu log-uniform and
-//! uniform, three to eleven digits) so that about one case in eight falls short and is computed again.
+//! quadratic polynomial, fitted to the smallest orders that met their level in 30 000 random cases (alpha and mu uniform and
+//! log-uniform, three to eleven digits) so that about one case in ten falls short and is computed again.
 
 use super::Slopes;
-use super::rules::{INNER_STEP, MOST_INNER, MOST_OUTER, OUTER_STEP};
+use super::rules::{MOST_INNER, MOST_OUTER, OUTER_STEP, inner_order};
 
 /// Orders of the outer and of the inner rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,50 +15,76 @@ pub(super) struct Orders {
 }
 
 const LEAST_OUTER: usize = 4;
-const LEAST_INNER: usize = 8;
+const LEAST_INNER: usize = 6;
 
 /// Growth of a rule that fell short.
-const GROWTH: f64 = 1.35;
+const GROWTH: f64 = 1.25;
 
 impl Orders {
-    /// A first guess for a direction with A = ln((1 + sin theta_o)/mu) = `depth`.
-    pub(super) fn new(slopes: Slopes, alpha: f64, mu: f64, depth: f64, tolerance: f64) -> Self {
+    /// A first guess for last coefficients below `levels` of the outer and the inner rule, for a direction with
+    /// A = ln((1 + sin theta_o)/mu) = `depth`.
+    pub(super) fn new(slopes: Slopes, alpha: f64, mu: f64, depth: f64, levels: [f64; 2]) -> Self {
         let off = (alpha / mu).ln() / 3.0;
-        let variables = [
-            (0.2 + depth).ln(),
-            alpha.log10() / 3.0,
-            (-tolerance.log10()).clamp(2.0, 12.0) / 10.0,
-            // lobes as wide as the direction is high
-            1.0 / (1.0 + off * off),
-            1.0 / (1.0 + alpha),
-        ];
+        let variables = |level: f64| {
+            [
+                (0.2 + depth).ln(),
+                alpha.log10() / 3.0,
+                (-level.log10()).clamp(1.0, 13.0) / 10.0,
+                // lobes as wide as the direction is high
+                1.0 / (1.0 + off * off),
+                1.0 / (1.0 + alpha),
+            ]
+        };
         let (outer, inner) = match slopes {
             Slopes::Ggx => (GGX_OUTER, GGX_INNER),
             Slopes::Gaussian => (GAUSSIAN_OUTER, GAUSSIAN_INNER),
         };
+        let order = |coefficients: &[f64; 21], level: f64| quadratic(&variables(level), coefficients).exp();
         Self {
-            outer: rounded(quadratic(&variables, &outer).exp(), OUTER_STEP, LEAST_OUTER, MOST_OUTER),
-            inner: rounded(quadratic(&variables, &inner).exp(), INNER_STEP, LEAST_INNER, MOST_INNER),
+            outer: outer_of(order(&outer, levels[0]), LEAST_OUTER),
+            inner: inner_of(order(&inner, levels[1]), LEAST_INNER),
         }
+    }
+
+    /// With an inner rule of at least `inner` nodes; `None` if there is none.
+    pub(super) fn at_least(self, inner: f64) -> Option<Self> {
+        if inner > MOST_INNER as f64 {
+            return None;
+        }
+        let inner = inner_of(inner, self.inner);
+        Some(Self { inner, ..self })
     }
 
     /// Larger orders for the rules that fell short; `None` where there are none.
     pub(super) fn grown(self, outer: bool, inner: bool) -> Option<Self> {
-        let grow = |order: usize, short: bool, step: usize, most: usize| match short {
-            true if order == most => None,
-            true => Some(rounded(GROWTH * order as f64, step, order + step, most)),
-            false => Some(order),
-        };
+        if (outer && self.outer == MOST_OUTER) || (inner && self.inner == MOST_INNER) {
+            return None;
+        }
+        let grow = |order: usize| GROWTH * order as f64;
         Some(Self {
-            outer: grow(self.outer, outer, OUTER_STEP, MOST_OUTER)?,
-            inner: grow(self.inner, inner, INNER_STEP, MOST_INNER)?,
+            outer: if outer {
+                outer_of(grow(self.outer), 0)
+            } else {
+                self.outer
+            },
+            inner: if inner {
+                inner_of(grow(self.inner), 0)
+            } else {
+                self.inner
+            },
         })
     }
 }
 
-/// Up to a multiple of `step` from `least` to `most`.
-fn rounded(order: f64, step: usize, least: usize, most: usize) -> usize {
-    ((order / step as f64).ceil() as usize * step).clamp(least.min(most), most)
+fn outer_of(order: f64, least: usize) -> usize {
+    (order as usize + 1)
+        .max(least)
+        .next_multiple_of(OUTER_STEP)
+        .min(MOST_OUTER)
+}
+
+fn inner_of(order: f64, least: usize) -> usize {
+    inner_order((order as usize + 1).max(least)).min(MOST_INNER)
 }
 
 /// c_0 + sum c_i x_i + sum c_ij x_i x_j over i <= j.
@@ -77,24 +103,24 @@ fn quadratic(x: &[f64; 5], coefficients: &[f64; 21]) -> f64 {
 
 /// Of the azimuth under GGX.
 const GGX_OUTER: [f64; 21] = [
-    1.571, -0.576, 7.719, 1.908, -2.639, 3.84, 0.063, -0.102, 0.26, 0.488, 0.635, 0.277, 0.029, 0.63, -6.862, -0.529,
-    0.117, -0.194, 0.457, 2.028, -3.236,
+    -2.252, -0.372, 16.288, 2.104, -2.285, 12.927, 0.064, -0.112, 0.271, 0.407, 0.464, 0.281, 0.096, 0.845, -15.513,
+    -0.633, 0.069, 0.039, 0.406, 2.025, -9.016,
 ];
 
 /// Of the slope under GGX.
 const GGX_INNER: [f64; 21] = [
-    -0.696, 0.695, 11.409, 1.689, 0.853, 6.481, 0.055, -0.086, -0.242, 0.087, -0.746, 0.345, 0.274, -0.72, -10.326,
-    -0.571, -0.7, 1.448, 0.028, -1.349, -2.67,
+    -4.203, 0.708, 20.826, 2.175, 0.604, 15.513, 0.067, -0.137, -0.369, 0.215, -0.758, 0.341, 0.357, -0.485, -19.741,
+    -0.602, -1.064, 1.695, 0.226, -1.162, -8.639,
 ];
 
 /// Of the azimuth under Beckmann.
 const GAUSSIAN_OUTER: [f64; 21] = [
-    8.683, -0.402, -15.259, 3.386, -2.885, -17.219, 0.077, -0.059, 0.253, 0.656, 0.486, -0.068, -0.041, 0.951, 15.069,
-    -0.733, 0.483, -1.48, 0.428, 2.722, 9.821,
+    9.707, -0.093, -21.215, 4.124, -2.822, -22.696, 0.057, -0.071, 0.341, 0.513, 0.17, -0.197, 0.09, 1.039, 20.548,
+    -0.954, 0.238, -1.5, 0.641, 2.885, 13.411,
 ];
 
 /// Of the slope under Beckmann.
 const GAUSSIAN_INNER: [f64; 21] = [
-    7.286, 0.057, -14.46, 3.727, 0.54, -16.203, 0.027, -0.021, 0.068, 0.129, -0.172, -0.114, -0.137, 0.121, 14.283,
-    -0.199, 0.039, -2.645, -0.095, -0.626, 11.455,
+    6.725, 0.207, -14.964, 4.322, 0.763, -16.473, 0.019, -0.024, 0.018, 0.098, -0.277, -0.056, -0.32, 0.015, 15.052,
+    -0.445, 0.049, -2.829, -0.112, -0.873, 12.029,
 ];

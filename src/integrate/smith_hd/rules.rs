@@ -1,11 +1,23 @@
 //! Nodes and weights of both rules, with what reads their errors off.
 
+use super::kernel::LANES;
 use crate::numerics::lanes::sin_cos_turns;
 use std::sync::OnceLock;
 
-/// Step and largest order of the Gauss-Legendre rules: a multiple of the lanes, so that no remainder is left.
-pub(super) const INNER_STEP: usize = 4;
-pub(super) const MOST_INNER: usize = 96;
+/// Largest order of the Gauss-Legendre rules.
+pub(super) const MOST_INNER: usize = 256;
+
+/// The next Gauss-Legendre order of those in use: even numbers to 32, then eight for every factor of 2, so that few rules
+/// are ever made.
+pub(super) fn inner_order(least: usize) -> usize {
+    let step = match least {
+        0..=32 => 2,
+        33..=64 => 4,
+        65..=128 => 8,
+        _ => 16,
+    };
+    least.next_multiple_of(step)
+}
 
 /// Step and largest order of the trapezoidal rules; even, for their halves.
 pub(super) const OUTER_STEP: usize = 2;
@@ -19,10 +31,10 @@ pub(super) struct Legendre {
     pub(super) last: [Vec<f64>; 2],
 }
 
-/// The rule of `n` nodes, a multiple of [`INNER_STEP`] up to [`MOST_INNER`].
+/// The rule of `n` nodes, an even number up to [`MOST_INNER`].
 pub(super) fn legendre(n: usize) -> &'static Legendre {
-    static RULES: [OnceLock<Legendre>; MOST_INNER / INNER_STEP] = [const { OnceLock::new() }; MOST_INNER / INNER_STEP];
-    RULES[n / INNER_STEP - 1].get_or_init(|| Legendre::new(n))
+    static RULES: [OnceLock<Legendre>; MOST_INNER / 2] = [const { OnceLock::new() }; MOST_INNER / 2];
+    RULES[n / 2 - 1].get_or_init(|| Legendre::new(n))
 }
 
 impl Legendre {
@@ -39,15 +51,16 @@ impl Legendre {
             // the roots come in pairs of opposite sign
             let upper = i.min(n - 1 - i);
             let (_, mut x) = sin_cos_turns(0.5 * (upper as f64 + 0.75) / (order + 0.5));
-            for _ in 0..6 {
+            let mut slope = 1.0;
+            for _ in 0..5 {
                 let [p, before, _] = polynomials(n, x);
-                let slope = order * (before - x * p) / ((1.0 - x) * (1.0 + x));
+                slope = order * (before - x * p) / ((1.0 - x) * (1.0 + x));
                 x -= p / slope;
             }
             let sign = if i == upper { 1.0 } else { -1.0 };
             let [_, before, second] = polynomials(n, sign * x);
-            // at a root P_n' = n P_(n-1)/(1 - x^2), and the interval is half as long
-            let weight = (1.0 - x) * (1.0 + x) / (order * before).powi(2);
+            // half of it, as the interval is half as long
+            let weight = 1.0 / ((1.0 - x) * (1.0 + x) * slope * slope);
             rule.nodes[i] = 0.5 * (1.0 - sign * x);
             rule.weights[i] = weight;
             rule.last[0][i] = (2.0 * order - 1.0).sqrt() * weight * before;
@@ -70,7 +83,7 @@ fn polynomials(n: usize, x: f64) -> [f64; 3] {
 
 /// A trapezoidal rule of `N` intervals on psi in [0, pi], for functions that are even and periodic.
 pub(super) struct Circle {
-    /// sin^2(psi/2) and cos^2(psi/2).
+    /// sin^2(psi/2) and cos^2(psi/2), up to whole vectors.
     pub(super) sin2: Vec<f64>,
     pub(super) cos2: Vec<f64>,
     /// 1/N, and half of that at both ends.
@@ -94,12 +107,15 @@ impl Circle {
             weights: Vec::new(),
             last: [Vec::new(), Vec::new()],
         };
-        for j in 0..=intervals {
+        for j in 0..(intervals + 1).next_multiple_of(LANES) {
             let (sin, cos) = sin_cos_turns(0.25 * j as f64 / count);
-            let weight = if j == 0 || j == intervals { 0.5 } else { 1.0 } / count;
-            let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
             rule.sin2.push(sin * sin);
             rule.cos2.push(cos * cos);
+            if j > intervals {
+                continue;
+            }
+            let weight = if j == 0 || j == intervals { 0.5 } else { 1.0 } / count;
+            let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
             rule.weights.push(weight);
             rule.last[0].push(sign * weight);
             rule.last[1].push(2.0 * sign * (cos - sin) * (cos + sin) * weight);
