@@ -2,7 +2,7 @@
 //! cost grows with the work.
 //!
 //! Errors are true ones: differences from a converged reference, whose own error is told. Times are CPU seconds of one thread;
-//! every computation runs alone on one ([`workers`]). Times never enter tables.
+//! every computation runs alone on one. Times never enter tables.
 
 pub mod chart;
 mod clock;
