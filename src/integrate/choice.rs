@@ -1,8 +1,8 @@
 //! Axes, sizes, texel tolerance and storage such that a lookup errs by no more than asked for, at least bytes.
 //!
 //! A lookup errs by the interpolation, by the texels, and by the rounding of the storage format; the three add up at worst.
-//! Texels get [`TEXEL_SHARE`] of the tolerance, since digits of an integral are cheap; the format takes its rounding; the rest
-//! is for the interpolation, which a [`Profile`] knows for every mapping, rule and size. With two axes the rest is split so
+//! Texels get a share of the tolerance, since digits of an integral are cheap; the format takes its rounding; the rest
+//! is for the interpolation, which lines through the domain (`profile.rs`) tell for every mapping, rule and size. With two axes the rest is split so
 //! that the product of the sizes is least. [`fill_within`](super::fill_within) then computes the table, measures its error as for any table, and
 //! corrects the sizes where the profile was wrong.
 
