@@ -123,9 +123,9 @@ impl Vmf {
         // as good as 0, and divides
         let kappa = kappa.max(1e-300);
         let (linear, rest) = if kappa < 1.0 {
-            (0.0, (-kappa).exp_m1())
+            (0.0, libm::expm1(-kappa))
         } else {
-            (1.0, (-kappa).exp())
+            (1.0, libm::exp(-kappa))
         };
         Self {
             kappa,

@@ -28,7 +28,7 @@ impl Vmf {
     /// [`ParameterError`] outside that range.
     pub fn new(kappa: f64) -> Result<Self, ParameterError> {
         KAPPA.check(kappa)?;
-        let (decay, whole) = ((-kappa).exp(), -(-kappa).exp_m1());
+        let (decay, whole) = (libm::exp(-kappa), -libm::expm1(-kappa));
         let peak = if kappa < UNIFORM {
             TAU.recip()
         } else {
@@ -53,7 +53,7 @@ impl Vmf {
     }
 
     pub(super) fn p(&self, theta: Polar) -> f64 {
-        self.peak * (-self.kappa * theta.versine()).exp()
+        self.peak * libm::exp(-self.kappa * theta.versine())
     }
 
     pub(super) fn d(&self, theta: Polar) -> f64 {
@@ -67,11 +67,11 @@ impl Vmf {
         if kappa < UNIFORM {
             return -theta.ln_cos();
         }
-        let cdf = -(-kappa * v).exp_m1() / self.whole;
+        let cdf = -libm::expm1(-kappa * v) / self.whole;
         if cdf < 0.5 {
-            -(-cdf).ln_1p()
+            -libm::log1p(-cdf)
         } else {
-            kappa * v - (-(-kappa * theta.cos).exp_m1() / self.whole).ln()
+            kappa * v - libm::log(-libm::expm1(-kappa * theta.cos) / self.whole)
         }
     }
 
@@ -80,7 +80,7 @@ impl Vmf {
     pub(super) fn at_exposure(&self, exposure: f64) -> Polar {
         let kappa = self.kappa;
         if kappa < UNIFORM {
-            return Polar::from_versine(-(-exposure).exp_m1(), (-exposure).exp());
+            return Polar::from_versine(-libm::expm1(-exposure), libm::exp(-exposure));
         }
         if kappa - exposure > 40.0 {
             // e^(E - kappa) is lost beside 1: nothing of the lobe reaches the horizon
@@ -88,12 +88,12 @@ impl Vmf {
             return Polar::from_versine(versine, 1.0 - versine);
         }
         let versine = if kappa < 1.0 {
-            -((-exposure).exp_m1() * self.whole).ln_1p() / kappa
+            -libm::log1p(libm::expm1(-exposure) * self.whole) / kappa
         } else if exposure < 30.0 {
-            (exposure - (self.decay * exposure.exp_m1()).ln_1p()) / kappa
+            (exposure - libm::log1p(self.decay * libm::expm1(exposure))) / kappa
         } else {
             // e^E - 1 = e^E to the last bit
-            (exposure - (exposure - kappa).exp().ln_1p()) / kappa
+            (exposure - libm::log1p(libm::exp(exposure - kappa))) / kappa
         };
         if versine < 0.5 {
             return Polar::from_versine(versine.max(0.0), 1.0 - versine);
@@ -101,9 +101,9 @@ impl Vmf {
         let rest = kappa - exposure;
         let cos = if rest < -40.0 {
             // ln(1 + x) = x to the last bit, and x itself may underflow where x/kappa does not
-            rest.exp() * (self.whole / kappa)
+            libm::exp(rest) * (self.whole / kappa)
         } else {
-            (self.whole * rest.exp()).ln_1p() / kappa
+            libm::log1p(self.whole * libm::exp(rest)) / kappa
         };
         Polar::from_versine(versine.min(1.0), cos.clamp(0.0, 1.0))
     }

@@ -155,7 +155,7 @@ impl Line<'_> {
                 integral(&integrator, 0.0)?;
             }
             let layer = if axis.parameter == MU {
-                model.width().powf(0.25)
+                model.width().sqrt().sqrt()
             } else {
                 1.0
             };
@@ -257,7 +257,7 @@ impl Lines {
         });
         let layers = (0..BEYOND).filter(|_| axis.parameter == MU).map(|i| {
             let below = axis.texel(1.min(axis.size - 1));
-            below * 10f64.powf(-9.0 * f64::from(i) / f64::from(BEYOND))
+            below * libm::exp10(-9.0 * f64::from(i) / f64::from(BEYOND))
         });
         let values = inner.chain(ends).map(|u| axis.value(u)).chain(layers);
         values.map(off).fold(0.0, f64::max)

@@ -160,7 +160,7 @@ fn stress(axes: &[Axis], count: usize, stream: &mut Stream) -> Vec<Vec<f64>> {
         let inner = (0..count.saturating_sub(2)).map(|i| {
             let part = (i as f64 + stream.uniform()) / count as f64;
             if axis.parameter == MU {
-                10f64.powf(-DECADES * part)
+                libm::exp10(-DECADES * part)
             } else {
                 even(axis, part)
             }

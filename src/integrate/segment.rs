@@ -20,7 +20,7 @@ impl Segment {
 
     /// Ends in psi = asin x = pi/2 - phi, which keeps the digits of small x.
     pub(super) fn psi(&self) -> (f64, f64) {
-        (self.from.asin(), self.to.asin())
+        (libm::asin(self.from), libm::asin(self.to))
     }
 
     /// (1/pi) int (A + B cos phi) dphi over the segment.
@@ -65,7 +65,7 @@ impl Place {
         }
         Self {
             x,
-            psi: x.asin(),
+            psi: libm::asin(x),
             cos: ((1.0 - x) * (1.0 + x)).sqrt(),
         }
     }

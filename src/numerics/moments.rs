@@ -117,7 +117,7 @@ impl Moments {
             return DVec3::INFINITY;
         }
         let n = self.count as f64;
-        student_quantile(n - 1.0, confidence) * (self.variance() / n).powf(0.5)
+        student_quantile(n - 1.0, confidence) * (self.variance() / n).map(f64::sqrt)
     }
 
     /// Mean of the squares over the square of the largest: the share of values that would be as large, were the rest 0.
@@ -130,13 +130,13 @@ impl Moments {
     pub fn count_for(&self, width: f64, confidence: f64) -> f64 {
         let t = student_quantile((self.count.max(2) - 1) as f64, confidence);
         // the positive root of width n = t s sqrt(n) + u
-        let (spread, unseen) = (t * self.variance().powf(0.5), self.unseen(confidence));
-        let root = (spread + (spread * spread + 4.0 * width * unseen).powf(0.5)) / (2.0 * width);
+        let (spread, unseen) = (t * self.variance().map(f64::sqrt), self.unseen(confidence));
+        let root = (spread + (spread * spread + 4.0 * width * unseen).map(f64::sqrt)) / (2.0 * width);
         (root * root).max_element()
     }
 
     fn unseen(&self, confidence: f64) -> DVec3 {
-        -(1.0 - confidence).ln() * self.largest
+        -libm::log(1.0 - confidence) * self.largest
     }
 }
 

@@ -73,7 +73,7 @@ impl PointSet {
         let mut slabs = [1; DIMENSIONS];
         let mut rest = count as f64;
         for (dimension, slabs) in slabs.iter_mut().enumerate().take(dimensions) {
-            let root = rest.powf(1.0 / (dimensions - dimension) as f64).round().max(1.0);
+            let root = libm::pow(rest, 1.0 / (dimensions - dimension) as f64).round().max(1.0);
             *slabs = root as u64;
             rest /= root;
         }

@@ -246,10 +246,10 @@ impl Axis {
             Mapping::SqrtMu => u * u,
             Mapping::FourthRootMu => (u * u) * (u * u),
             Mapping::Linear => self.min + u * (self.max - self.min),
-            Mapping::Log => self.min * (u * (self.max.ln() - self.min.ln())).exp(),
+            Mapping::Log => self.min * libm::exp(u * (libm::log(self.max) - libm::log(self.min))),
             Mapping::Log1p => {
-                let (from, to) = (self.min.ln_1p(), self.max.ln_1p());
-                (from + u * (to - from)).exp_m1()
+                let (from, to) = (libm::log1p(self.min), libm::log1p(self.max));
+                libm::expm1(from + u * (to - from))
             }
         };
         value.clamp(self.min, self.max)
@@ -263,10 +263,10 @@ impl Axis {
             Mapping::SqrtMu => value.sqrt(),
             Mapping::FourthRootMu => value.sqrt().sqrt(),
             Mapping::Linear => (value - self.min) / (self.max - self.min),
-            Mapping::Log => (value.ln() - self.min.ln()) / (self.max.ln() - self.min.ln()),
+            Mapping::Log => (libm::log(value) - libm::log(self.min)) / (libm::log(self.max) - libm::log(self.min)),
             Mapping::Log1p => {
-                let (from, to) = (self.min.ln_1p(), self.max.ln_1p());
-                (value.ln_1p() - from) / (to - from)
+                let (from, to) = (libm::log1p(self.min), libm::log1p(self.max));
+                (libm::log1p(value) - from) / (to - from)
             }
         }
     }

@@ -103,7 +103,7 @@ pub(super) fn find<B: Bxdf + ?Sized>(bxdf: &B, trial: Trial) -> Result<Finding, 
                         evaluations: spent,
                     });
                 }
-                let ratio = (reached / tolerance).clamp(2.0, 1e18).log2().ceil().max(1.0) as u32;
+                let ratio = libm::log2((reached / tolerance).clamp(2.0, 1e18)).ceil().max(1.0) as u32;
                 let needed = layout.count() as f64 * 2f64.powi(ratio as i32);
                 if needed > limit as f64 {
                     return Err(too_many(&trial, &all, needed, tolerance, limit));

@@ -21,7 +21,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 ///   lost for instance. Weights are compared there, shell by shell, with those at the edge of the region.
 pub(super) fn unseen<B: Bxdf + ?Sized>(bxdf: &B, trial: &Trial, all: &Moments, spent: &mut u64) -> DVec3 {
     let n = all.count as f64;
-    let volume = -(1.0 - CONFIDENCE).ln() / n;
+    let volume = -libm::log(1.0 - CONFIDENCE) / n;
     let hits = n * all.largest_share();
     let peak = DVec3::select(
         all.largest().cmpgt(DVec3::ZERO),
@@ -88,7 +88,7 @@ pub(super) fn peak<B: Bxdf + ?Sized>(bxdf: &B, trial: &Trial) -> DVec3 {
         Outgoing::Fixed(wo) => wo,
         Outgoing::Cosine => Polar::from_cos(FRAC_1_SQRT_2).direction(0.0),
     };
-    let radius = wo.x.hypot(wo.y);
+    let radius = libm::hypot(wo.x, wo.y);
     let away = if radius > 0.0 {
         -wo.truncate() / radius
     } else {
