@@ -1,16 +1,15 @@
-//! What a cell, a batch of samples, a table and a whole bake cost.
+//! What a cell, a table and a whole bake cost.
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::time::Duration;
-use whitefurnace::bxdf::{Bxdf, Microfacet, Model, Sampling};
+use whitefurnace::bxdf::{Microfacet, Model};
 use whitefurnace::distribution::Family;
 use whitefurnace::estimate::Estimator;
 use whitefurnace::export::exr;
 use whitefurnace::fresnel::Fresnel;
 use whitefurnace::integrate::deterministic::quadrature;
-use whitefurnace::integrate::monte_carlo::{Samples, Trial, estimate, outgoing};
-use whitefurnace::integrate::{Lobe, Target, fill};
+use whitefurnace::integrate::{Target, fill};
 use whitefurnace::masking::Masking;
 use whitefurnace::plan::{Plan, Request, TablePlan};
 use whitefurnace::scene::Scene;
@@ -54,42 +53,6 @@ fn means(criterion: &mut Criterion) {
         let model = Model::Microfacet(lobe(17.0, fresnel));
         group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
             bencher.iter(|| black_box(quadrature(&model, Target::rho_hh(), 1e-6).unwrap()));
-        });
-    }
-    group.finish();
-}
-
-/// One batch of samples; the throughput is samples per second.
-fn samples(criterion: &mut Criterion) {
-    const COUNT: u64 = 1 << 14;
-    let bxdf = lobe(17.0, Fresnel::dielectric(METHANOL).unwrap());
-    let mut group = criterion.benchmark_group("monte carlo");
-    group.throughput(Throughput::Elements(COUNT));
-    for sampling in [
-        Sampling::Uniform,
-        Sampling::Cosine,
-        Sampling::Normals,
-        Sampling::Visible,
-        Sampling::Bxdf,
-    ] {
-        assert!(bxdf.supports(sampling));
-        let name = Estimator::MonteCarlo(sampling).name();
-        group.bench_function(name, |bencher| {
-            let batch = || {
-                estimate(
-                    &bxdf,
-                    Trial {
-                        sampling,
-                        lobe: Lobe::Reflection,
-                        outgoing: outgoing(0.5, 0.0),
-                        samples: Samples::Fixed(COUNT),
-                        seed: 0,
-                        cell: 0,
-                    },
-                )
-                .unwrap()
-            };
-            bencher.iter(|| black_box(batch()));
         });
     }
     group.finish();
@@ -139,6 +102,6 @@ fn quick() -> Criterion {
 criterion_group! {
     name = benches;
     config = quick();
-    targets = cells, means, samples, tables
+    targets = cells, means, tables
 }
 criterion_main!(benches);

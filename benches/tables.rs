@@ -28,7 +28,8 @@ fn perceptual(r: f64) -> f64 {
     r * r
 }
 
-const LOBES: [Lobes; 2] = [
+/// The same widths for the other families: kappa = 2/alpha^2, n = 2/alpha^2 - 2.
+const LOBES: [Lobes; 5] = [
     Lobes {
         name: "ggx, smith-correlated",
         family: Family::Ggx,
@@ -40,6 +41,24 @@ const LOBES: [Lobes; 2] = [
         family: Family::Beckmann,
         masking: Masking::SmithCorrelated,
         roughness: perceptual,
+    },
+    Lobes {
+        name: "vmf, v-groove",
+        family: Family::Vmf,
+        masking: Masking::VGroove,
+        roughness: |r| 2.0 / r.powi(4),
+    },
+    Lobes {
+        name: "beckmann, v-groove",
+        family: Family::Beckmann,
+        masking: Masking::VGroove,
+        roughness: perceptual,
+    },
+    Lobes {
+        name: "phong, v-groove",
+        family: Family::Phong,
+        masking: Masking::VGroove,
+        roughness: |r| (2.0 / r.powi(4) - 2.0).min(1e8),
     },
 ];
 

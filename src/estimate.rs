@@ -1,6 +1,7 @@
 //! The vocabulary of results: how an integral is computed, what came out, and what its error means.
 
 use crate::bxdf::{Flags, Model, Sampling};
+pub use crate::numerics::points::Points;
 use glam::DVec3;
 use std::fmt;
 use std::str::FromStr;
@@ -135,22 +136,37 @@ pub enum Estimator {
     ClosedForm,
     /// Deterministic adaptive integration.
     Quadrature,
-    /// Monte Carlo integration with the given sampling.
-    MonteCarlo(Sampling),
+    /// The mean of f |cos theta_i|/pdf over drawn directions.
+    MonteCarlo {
+        /// How directions are drawn.
+        sampling: Sampling,
+        /// The numbers that they are made of.
+        points: Points,
+    },
 }
 
 impl Estimator {
     /// Every estimator, in the order of help texts.
-    pub const ALL: [Self; 8] = [
-        Self::Auto,
-        Self::ClosedForm,
-        Self::Quadrature,
-        Self::MonteCarlo(Sampling::Uniform),
-        Self::MonteCarlo(Sampling::Cosine),
-        Self::MonteCarlo(Sampling::Normals),
-        Self::MonteCarlo(Sampling::Visible),
-        Self::MonteCarlo(Sampling::Bxdf),
-    ];
+    pub const ALL: [Self; 18] = {
+        let mut all = [Self::Auto; 18];
+        all[1] = Self::ClosedForm;
+        all[2] = Self::Quadrature;
+        let mut index = 0;
+        while index < 15 {
+            all[3 + index] = Self::MonteCarlo {
+                sampling: Sampling::ALL[index % 5],
+                points: Points::ALL[index / 5],
+            };
+            index += 1;
+        }
+        all
+    };
+
+    /// Monte Carlo with random points.
+    pub fn random(sampling: Sampling) -> Self {
+        let points = Points::Random;
+        Self::MonteCarlo { sampling, points }
+    }
 
     /// Name on the command line, in JSON and in tables.
     pub fn name(self) -> &'static str {
@@ -158,11 +174,23 @@ impl Estimator {
             Self::Auto => "auto",
             Self::ClosedForm => "closed-form",
             Self::Quadrature => "quadrature",
-            Self::MonteCarlo(Sampling::Uniform) => "mc-uniform",
-            Self::MonteCarlo(Sampling::Cosine) => "mc-cosine",
-            Self::MonteCarlo(Sampling::Normals) => "mc-normals",
-            Self::MonteCarlo(Sampling::Visible) => "mc-visible",
-            Self::MonteCarlo(Sampling::Bxdf) => "mc-bxdf",
+            Self::MonteCarlo { sampling, points } => match (points, sampling) {
+                (Points::Random, Sampling::Uniform) => "mc-uniform",
+                (Points::Random, Sampling::Cosine) => "mc-cosine",
+                (Points::Random, Sampling::Normals) => "mc-normals",
+                (Points::Random, Sampling::Visible) => "mc-visible",
+                (Points::Random, Sampling::Bxdf) => "mc-bxdf",
+                (Points::Stratified, Sampling::Uniform) => "stratified-uniform",
+                (Points::Stratified, Sampling::Cosine) => "stratified-cosine",
+                (Points::Stratified, Sampling::Normals) => "stratified-normals",
+                (Points::Stratified, Sampling::Visible) => "stratified-visible",
+                (Points::Stratified, Sampling::Bxdf) => "stratified-bxdf",
+                (Points::Quasi, Sampling::Uniform) => "qmc-uniform",
+                (Points::Quasi, Sampling::Cosine) => "qmc-cosine",
+                (Points::Quasi, Sampling::Normals) => "qmc-normals",
+                (Points::Quasi, Sampling::Visible) => "qmc-visible",
+                (Points::Quasi, Sampling::Bxdf) => "qmc-bxdf",
+            },
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Directions around a surface normal: polar angles that stay accurate, reflection, refraction, half vectors, frames.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// A polar angle theta in [0, pi/2], held as its sine and cosine so that neither end loses digits.
 ///
@@ -21,8 +21,8 @@ impl Polar {
     /// From the angle in radians, within [0, pi/2].
     pub fn from_angle(theta: f64) -> Self {
         Self {
-            sin: theta.sin(),
-            cos: theta.cos().max(0.0),
+            sin: libm::sin(theta),
+            cos: libm::cos(theta).max(0.0),
         }
     }
 
@@ -56,8 +56,8 @@ impl Polar {
 
     /// Polar angle of a vector in the upper half space, of any length.
     pub fn of(v: DVec3) -> Self {
-        let radius = v.x.hypot(v.y);
-        let length = radius.hypot(v.z);
+        let radius = libm::hypot(v.x, v.y);
+        let length = libm::hypot(radius, v.z);
         Self {
             sin: radius / length,
             cos: v.z / length,
@@ -77,21 +77,27 @@ impl Polar {
     /// ln cos theta, accurate near the pole; minus infinity at the horizon.
     pub fn ln_cos(self) -> f64 {
         if self.sin < 0.5 {
-            0.5 * (-self.sin * self.sin).ln_1p()
+            0.5 * libm::log1p(-self.sin * self.sin)
         } else {
-            self.cos.ln()
+            libm::log(self.cos)
         }
     }
 
     /// The angle in radians.
     pub fn angle(self) -> f64 {
-        self.sin.atan2(self.cos)
+        libm::atan2(self.sin, self.cos)
     }
 
     /// The unit vector at azimuth `phi` (radians).
     pub fn direction(self, phi: f64) -> DVec3 {
-        DVec3::new(self.sin * phi.cos(), self.sin * phi.sin(), self.cos)
+        DVec3::new(self.sin * libm::cos(phi), self.sin * libm::sin(phi), self.cos)
     }
+}
+
+/// The unit vector at the azimuth `phi` in radians.
+pub fn at_azimuth(phi: f64) -> DVec2 {
+    let (sin, cos) = libm::sincos(phi);
+    DVec2::new(cos, sin)
 }
 
 /// Mirror image of `w` about the axis `wm`: 2 (w.wm) wm - w [Mikkelsen 2009, eq. 6].

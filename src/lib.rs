@@ -10,7 +10,8 @@
 //! | table | [`table`] | texels | a lookup, its error at and between texels, its range |
 //! | export | [`export`] | tables | OpenEXR files and a manifest |
 //!
-//! [`verify`] stands beside them, above [`integrate`]: it tests models and tables, and nothing below imports it.
+//! [`verify`] and [`cost`] stand beside them, above [`integrate`]: the one tests models and tables, the other measures what
+//! accuracy costs in time; nothing below imports them.
 //!
 //! Below them stand, importing nothing above: [`geometry`], [`spectrum`], [`parameter`], [`numerics`], [`measured`]; on those [`fresnel`],
 //! [`distribution`], [`masking`]; on those [`bxdf`]. Only [`integrate`] knows both a BxDF and a table.
@@ -66,6 +67,9 @@
 //! - [Matusik et al. 2003] W. Matusik, H. Pfister, M. Brand, L. McMillan, *A data-driven reflectance model*, SIGGRAPH.
 //! - [Maurer and Pontil 2009] A. Maurer, M. Pontil, *Empirical Bernstein bounds and sample-variance penalization*, COLT.
 //! - [Mikkelsen 2009] M. Mikkelsen, *Microfacet Based Bidirectional Reflectance Distribution Function*.
+//! - [L'Ecuyer et al. 2023] P. L'Ecuyer, M. Nakayama, A. Owen, B. Tuffin, *Confidence intervals for randomized quasi-Monte
+//!   Carlo estimators*, Winter Simulation Conference.
+//! - [Owen 1997] A. Owen, *Scrambled net variance for integrals of smooth functions*, Annals of Statistics 25.
 //! - [Patterson 1968] T. Patterson, *The optimum addition of points to quadrature formulae*, Mathematics of Computation 22.
 //! - [pbrt 2010] M. Pharr, G. Humphreys, *Physically Based Rendering*, second edition, chapter 8.
 //! - [pbrt 2016] M. Pharr, W. Jakob, G. Humphreys, *Physically Based Rendering*, third edition, section 8.2.
@@ -94,6 +98,8 @@
 //! [Matusik et al. 2003]: #bibliography
 //! [Maurer and Pontil 2009]: #bibliography
 //! [Mikkelsen 2009]: #bibliography
+//! [L'Ecuyer et al. 2023]: #bibliography
+//! [Owen 1997]: #bibliography
 //! [Patterson 1968]: #bibliography
 //! [pbrt 2010]: #bibliography
 //! [pbrt 2016]: #bibliography
@@ -108,7 +114,11 @@
 //! [Walter et al. 2007]: #bibliography
 //! [Walsh 1926]: #bibliography
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod bxdf;
+#[allow(clippy::disallowed_methods)] // its times differ from run to run anyway
+pub mod cost;
 pub mod distribution;
 pub mod estimate;
 pub mod export;
@@ -123,4 +133,5 @@ pub mod plan;
 pub mod scene;
 pub mod spectrum;
 pub mod table;
+#[allow(clippy::disallowed_methods)] // nothing of it goes into a table
 pub mod verify;

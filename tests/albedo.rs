@@ -95,7 +95,7 @@ fn albedos_are_the_means_of_samples() {
                 seed: 17,
             };
             let stated = Integrator::new(&model, Estimator::Auto, effort(None)).unwrap();
-            let drawn = Integrator::new(&model, Estimator::MonteCarlo(Sampling::Bxdf), effort(Some(60_000))).unwrap();
+            let drawn = Integrator::new(&model, Estimator::random(Sampling::Bxdf), effort(Some(60_000))).unwrap();
             for (cell, target) in targets.into_iter().enumerate() {
                 for lobe in Lobe::ALL.into_iter().filter(|lobe| model.flags().contains(lobe.flag())) {
                     let target = target.of(lobe);
@@ -200,7 +200,7 @@ fn published_measurements_bake() {
         assert_eq!(plan.tables.len(), 2);
         for planned in &plan.tables {
             let table = fill(planned, &|_| {}).unwrap();
-            assert_eq!(table.estimator, "mc-bxdf");
+            assert_eq!(table.estimator, "qmc-bxdf");
             assert!(table.max_texel_error() <= 0.2001, "{}", table.max_texel_error());
             assert!(table.values.iter().all(|value| value.min_element() > 0.0));
         }
@@ -231,7 +231,7 @@ fn a_merl_file_has_the_albedo_of_its_model() {
         // cells of a degree of a model that changes by a few per cent within ten
         let off = (stated.value / exact.value - 1.0).abs().max_element();
         assert!(off < 5e-3, "{mu}: {} and {}", stated.value, exact.value);
-        let drawn = estimate(&measured, Estimator::MonteCarlo(Sampling::Bxdf), 100_000, target, 1);
+        let drawn = estimate(&measured, Estimator::random(Sampling::Bxdf), 100_000, target, 1);
         assert!(
             (stated.value - drawn.value)
                 .abs()

@@ -220,7 +220,7 @@ fn directories_that_cannot_be_written_are_named() {
 }
 
 /// The keys of one result, in order, for materials without a roughness range.
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "material",
     "quantity",
     "lobe",
@@ -228,6 +228,7 @@ const KEYS: [&str; 12] = [
     "phi_deg",
     "value",
     "error",
+    "tolerance",
     "error_kind",
     "estimator",
     "evaluations",
@@ -238,7 +239,7 @@ const KEYS: [&str; 12] = [
 fn check_result(result: &Value, grey: bool) {
     let keys: Vec<&String> = result.as_object().unwrap().keys().collect();
     let range = result["material"] == "vmf-any-roughness";
-    assert_eq!(keys, KEYS[..if range { 12 } else { 11 }]);
+    assert_eq!(keys, KEYS[..if range { 13 } else { 12 }]);
     let numbers = |key: &str| -> Vec<f64> {
         let list = result[key].as_array().unwrap();
         list.iter().map(|number| number.as_f64().unwrap()).collect()
@@ -318,6 +319,128 @@ fn rho_prints_one_result_for_every_combination() {
     // rho_hh alone
     let json = good_json(here, &["rho", "--json", "--hh", "--material", "phong-n48"]);
     assert_eq!(json["results"].as_array().unwrap().len(), 1);
+}
+
+/// One row for every tolerance, those of one direction below each other, and fewer evaluations for fewer digits.
+#[test]
+fn rho_shows_what_digits_cost() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let asked = [
+        "rho",
+        "--material",
+        "ggx-a0.3",
+        "--mu",
+        "0.1,0.5",
+        "--hh",
+        "--tolerance",
+    ];
+    let json = good_json(here, &[&asked[..], &["1e-3,1e-6,1e-9", "--json"]].concat());
+    let results = json["results"].as_array().unwrap();
+    assert_eq!(results.len(), 3 * 3);
+    for direction in results.chunks(3) {
+        let tolerances: Vec<f64> = direction.iter().map(|row| row["tolerance"].as_f64().unwrap()).collect();
+        assert_eq!(tolerances, [1e-3, 1e-6, 1e-9]);
+        let evaluations: Vec<u64> = direction
+            .iter()
+            .map(|row| row["evaluations"].as_u64().unwrap())
+            .collect();
+        assert!(
+            evaluations.is_sorted() && evaluations[0] < evaluations[2],
+            "{evaluations:?}"
+        );
+        for row in direction {
+            assert_eq!(
+                (&row["mu"], &row["quantity"]),
+                (&direction[0]["mu"], &direction[0]["quantity"])
+            );
+            let off = (row["value"][0].as_f64().unwrap() - direction[2]["value"][0].as_f64().unwrap()).abs();
+            assert!(row["error"][0].as_f64() <= row["tolerance"].as_f64());
+            assert!(off <= row["error"][0].as_f64().unwrap() + direction[2]["error"][0].as_f64().unwrap());
+        }
+    }
+    let shown = good(here, &[&asked[..], &["1e-3,1e-6"]].concat());
+    assert!(
+        shown.lines().next().unwrap().contains("phi/deg  tolerance  value"),
+        "{shown}"
+    );
+    assert!(!good(here, &[&asked[..], &["1e-3"]].concat()).contains("tolerance"));
+}
+
+/// A bake to a tolerance keeps it as a shader sees it, and the plan tells its sizes; given sizes stay and are told of.
+#[test]
+fn a_tolerance_chooses_sizes() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    write_scene(here, "lobe.toml", &scene(VMF, "v-groove", METHANOL));
+    for tolerance in ["1e-2", "1e-3", "1e-4"] {
+        let allowed: f64 = tolerance.parse().unwrap();
+        let plan = good_json(here, &["plan", "lobe.toml", "--tolerance", tolerance, "--json"]);
+        let bake = good_json(
+            here,
+            &[
+                "bake",
+                "lobe.toml",
+                "--tolerance",
+                tolerance,
+                "--json",
+                "--out",
+                tolerance,
+            ],
+        );
+        assert_eq!(bake["unmet"], serde_json::json!({}));
+        let tables = bake["manifest"]["tables"].as_array().unwrap();
+        for (planned, written) in plan["tables"].as_array().unwrap().iter().zip(tables) {
+            let written_table = table(&here.join(tolerance).join(written["file"].as_str().unwrap()));
+            let lookup = written["between"]["error"].as_f64();
+            assert!(lookup.unwrap_or(0.0) <= allowed, "{written}");
+            assert!(written["max_texel_error"].as_f64().unwrap() <= allowed);
+            assert_eq!(written["tolerance"].as_f64(), Some(written_table.tolerance));
+            assert!(written_table.tolerance < allowed && planned["tolerance"] == written["tolerance"]);
+            // one axis: the measured size is the planned one
+            assert_eq!(
+                planned["axes"].as_array().unwrap().len(),
+                written["axes"].as_array().unwrap().len()
+            );
+            for (planned, written) in planned["axes"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .zip(written["axes"].as_array().unwrap())
+            {
+                for key in ["parameter", "mapping", "texel_rule", "size"] {
+                    assert_eq!(planned[key], written[key], "{key}");
+                }
+            }
+            assert!(planned["lookup_error"].as_f64().unwrap() <= allowed);
+            assert!(planned["smallest"]["bytes"].as_u64() <= planned["bytes"].as_u64());
+            assert!(planned["half_the_error"]["lookup_error"].as_f64().unwrap() <= 0.5 * allowed);
+        }
+    }
+    let shown = good(here, &["plan", "lobe.toml", "--tolerance", "1e-3"]);
+    for part in ["half the error", "f32 bytes", "unorm16", "evaluations/texel"] {
+        assert!(shown.contains(part), "{part} is not in\n{shown}");
+    }
+    let given = [
+        "bake",
+        "lobe.toml",
+        "--tolerance",
+        "1e-4",
+        "--resolution",
+        "8",
+        "--out",
+        "given",
+    ];
+    let shown = good(here, &given);
+    for part in [
+        "exceeded: lookups of lobe.rho_hd",
+        "more than 1e-4",
+        "8 texels along mu",
+    ] {
+        assert!(shown.contains(part), "{part} is not in\n{shown}");
+    }
+    let json = good_json(here, &[&given[..], &["--json"]].concat());
+    assert!(json["unmet"]["lobe.rho_hd"].is_string(), "{json}");
 }
 
 #[test]
@@ -497,6 +620,15 @@ fn wrong_flags_say_what_is_allowed() {
         (&["bake", "--tolerance", "0.6"], &["--tolerance", "0.6", "0.5"]),
         (&["plan", "--tolerance", "1e-13"], &["--tolerance", "1e-12"]),
         (
+            &["plan", "--tolerance", "1e-3,1e-4"],
+            &["--tolerance", "2 values", "only rho"],
+        ),
+        (
+            &["bake", "--tolerance", "1e-3,1e-4,1e-5"],
+            &["--tolerance", "3 values", "only rho"],
+        ),
+        (&["rho", "--tolerance", "1e-3,1"], &["--tolerance", "1", "0.5"]),
+        (
             &["bake", "--samples", "1"],
             &["--samples", "1", "from 2 to 1099511627776"],
         ),
@@ -513,7 +645,10 @@ fn wrong_flags_say_what_is_allowed() {
             &["bake", "--roughness-resolution", "x"],
             &["--roughness-resolution", "x", "whole number"],
         ),
-        (&["bake", "--axis", "log"], &["--axis", "log", "auto, mu and sqrt-mu"]),
+        (
+            &["bake", "--axis", "log"],
+            &["--axis", "log", "auto, mu, sqrt-mu and fourth-root-mu"],
+        ),
         (
             &["bake", "--estimator", "magic"],
             &["--estimator", "magic", "auto, closed-form, quadrature, mc-uniform"],

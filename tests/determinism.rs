@@ -67,6 +67,12 @@ fn quadrature_gives_the_same_bytes_on_any_threads() {
     same_on_any_threads(&["--roughness-resolution", "4", "--resolution", "16"]);
 }
 
+/// Sizes that are chosen are chosen alike.
+#[test]
+fn chosen_sizes_give_the_same_bytes_on_any_threads() {
+    same_on_any_threads(&["--tolerance", "1e-2"]);
+}
+
 /// The size that users get, once against another number of threads.
 #[test]
 fn the_default_bake_gives_the_same_bytes() {

@@ -1,6 +1,6 @@
 //! Models made of other models [pbrt 2010, section 8.1]: mirrored to the other side, scaled, added up.
 
-use super::{Bxdf, BxdfSample, Flags, Sampling, across, opposite_sides, other_hemisphere};
+use super::{Bxdf, BxdfSample, Draws, Flags, Lane, Sampling, across, opposite_sides, other_hemisphere};
 use crate::parameter::{ParameterError, SCALE};
 use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
@@ -69,6 +69,14 @@ impl<B: Bxdf> Bxdf for BrdfToBtdf<B> {
 
     fn sample(&self, sampling: Sampling, wo: DVec3, u: [f64; 3]) -> BxdfSample {
         mirrored(wo, self.bxdf.sample(sampling, wo, u))
+    }
+
+    fn dimensions(&self, sampling: Sampling) -> usize {
+        self.bxdf.dimensions(sampling)
+    }
+
+    fn weights(&self, sampling: Sampling, side: Flags, draws: Draws<'_>, weights: &mut [Lane; 3]) {
+        self.bxdf.weights(sampling, side.mirrored(), draws, weights);
     }
 }
 
@@ -148,6 +156,21 @@ impl<B: Bxdf> Bxdf for Scaled<B> {
 
     fn sample(&self, sampling: Sampling, wo: DVec3, u: [f64; 3]) -> BxdfSample {
         self.scaled(self.bxdf.sample(sampling, wo, u))
+    }
+
+    fn dimensions(&self, sampling: Sampling) -> usize {
+        self.bxdf.dimensions(sampling)
+    }
+
+    fn weights(&self, sampling: Sampling, side: Flags, draws: Draws<'_>, weights: &mut [Lane; 3]) {
+        self.bxdf.weights(sampling, side, draws, weights);
+        let last = self.bxdf.channels().count() - 1;
+        // from the last, as a grey model has only written the first
+        for channel in (0..self.channels().count()).rev() {
+            weights[channel] = weights[channel.min(last)];
+            let scale = self.scale.value()[channel];
+            weights[channel].iter_mut().for_each(|weight| *weight *= scale);
+        }
     }
 }
 

@@ -54,13 +54,13 @@ impl HalfAngle {
     /// negatives, which folding makes the same.
     fn lookup(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let (s, d) = (wo + wi, wo - wi);
-        let radius = s.x.hypot(s.y);
+        let radius = libm::hypot(s.x, s.y);
         let length = s.length();
         if length == 0.0 {
             return DVec3::ZERO;
         }
-        let i = merl::theta_h_cell(radius.atan2(s.z));
-        let j = merl::theta_d_cell(d.length().atan2(length));
+        let i = merl::theta_h_cell(libm::atan2(radius, s.z));
+        let j = merl::theta_d_cell(libm::atan2(d.length(), length));
         let normal = |w: DVec3| w.x == 0.0 && w.y == 0.0;
         if normal(wo) || normal(wi) {
             return self.at_seam(i, j);
@@ -70,9 +70,9 @@ impl HalfAngle {
         let phi_d = if y == 0.0 {
             0.0 // and pi, which folds to it
         } else if y < 0.0 {
-            (-y).atan2(-x)
+            libm::atan2(-y, -x)
         } else {
-            y.atan2(x)
+            libm::atan2(y, x)
         };
         self.table.at(i, j, merl::phi_d_cell(phi_d))
     }
@@ -108,7 +108,7 @@ impl Bxdf for HalfAngle {
             return (1.0 - HALF_VECTOR_SHARE) * cosine;
         };
         // h and -h mirror alike: the one that was drawn is the upper one
-        let theta_h = half.wh.x.hypot(half.wh.y).atan2(half.wh.z.abs());
+        let theta_h = libm::atan2(libm::hypot(half.wh.x, half.wh.y), half.wh.z.abs());
         let mirrored = self.rings.density(theta_h) / (4.0 * half.cos_d);
         HALF_VECTOR_SHARE * mirrored + (1.0 - HALF_VECTOR_SHARE) * cosine
     }
@@ -159,7 +159,7 @@ impl Rings {
             let mean: f64 = (0..THETA_D_CELLS)
                 .map(|j| {
                     let sum: f64 = (0..PHI_D_CELLS).map(|k| table.at(i, j, k).element_sum()).sum();
-                    let (from, to) = (merl::theta_d_edge(j).cos(), merl::theta_d_edge(j + 1).cos());
+                    let (from, to) = (libm::cos(merl::theta_d_edge(j)), libm::cos(merl::theta_d_edge(j + 1)));
                     sum * (from.powi(4) - to.powi(4))
                 })
                 .sum();

@@ -170,7 +170,7 @@ impl Bxdf for Irregular {
         let sin2 = (((chosen / CELLS) as f64 + within) / CELLS as f64).min(1.0);
         let dphi = PI * ((chosen % CELLS) as f64 + u[1]) / CELLS as f64;
         // a pole has the azimuth of the x axis, as in the lookup
-        let azimuth = wo.y.atan2(wo.x);
+        let azimuth = libm::atan2(wo.y, wo.x);
         let mut wi = from_sin2(sin2).direction(azimuth + if u[2] < 0.5 { dphi } else { -dphi });
         if wo.z < 0.0 {
             wi.z = -wi.z;

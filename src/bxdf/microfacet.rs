@@ -1,6 +1,11 @@
 //! Microfacet reflection, the Torrance-Sparrow model [Mikkelsen 2009, eq. 18; pbrt 2010, section 8.4.2].
 
-use super::{Bxdf, BxdfSample, Flags, ModelError, Sampling};
+mod lanes;
+#[cfg(test)]
+mod tests;
+
+use super::weights::one_by_one;
+use super::{Bxdf, BxdfSample, Draws, Flags, Lane, ModelError, Sampling};
 use crate::distribution::Distribution;
 use crate::fresnel::Fresnel;
 use crate::geometry::{Polar, half_vector, reflect};
@@ -123,6 +128,20 @@ impl Bxdf for Microfacet {
         true
     }
 
+    /// A third number chooses between the walls of a groove.
+    fn dimensions(&self, sampling: Sampling) -> usize {
+        match sampling {
+            Sampling::Visible | Sampling::Bxdf if !self.masking.is_smith() => 3,
+            _ => 2,
+        }
+    }
+
+    fn weights(&self, sampling: Sampling, side: Flags, draws: Draws<'_>, weights: &mut [Lane; 3]) {
+        if !self.lanes(sampling, side, draws, weights) {
+            one_by_one(self, sampling, side, draws, weights);
+        }
+    }
+
     fn sample(&self, sampling: Sampling, wo: DVec3, u: [f64; 3]) -> BxdfSample {
         match sampling {
             Sampling::Uniform => super::sample_uniform(self, wo, u),
@@ -161,116 +180,5 @@ impl Bxdf for Microfacet {
                 BxdfSample { wi, pdf, weight, flags }
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::distribution::{Anisotropic, Elliptic, Family};
-
-    /// One lobe of each distribution under each masking that goes with it.
-    fn lobes(reflectance: f64, fresnel: Fresnel) -> Vec<Microfacet> {
-        let isotropic = [
-            (Family::Vmf, 17.0),
-            (Family::Beckmann, 0.2),
-            (Family::Phong, 1e4),
-            (Family::Ggx, 0.3),
-        ];
-        let elliptic = [
-            (Elliptic::Beckmann, 0.1, 0.6),
-            (Elliptic::Ggx, 0.5, 0.05),
-            (Elliptic::AshikhminShirley, 10.0, 200.0),
-        ];
-        let isotropic = isotropic.map(|(family, x)| Distribution::from(family.with(x).unwrap()));
-        let elliptic = elliptic.map(|(kind, x, y)| Distribution::from(Anisotropic::new(kind, x, y).unwrap()));
-        let mut lobes = Vec::new();
-        for distribution in isotropic.into_iter().chain(elliptic) {
-            for masking in [
-                Masking::None,
-                Masking::VGroove,
-                Masking::Smith,
-                Masking::SmithCorrelated,
-            ] {
-                match Microfacet::new(Spectrum::grey(reflectance), distribution, masking, fresnel) {
-                    Ok(lobe) => lobes.push(lobe),
-                    Err(error) => assert!(masking.is_smith() && Smith::new(&distribution).is_none(), "{error}"),
-                }
-            }
-        }
-        assert_eq!(lobes.len(), 2 * 7 + 2 * 4);
-        lobes
-    }
-
-    #[test]
-    fn f_is_symmetric_to_the_last_bit() {
-        for bxdf in lobes(1.0, Fresnel::dielectric(Spectrum::grey(1.329)).unwrap()) {
-            for i in 0..400 {
-                let t = f64::from(i);
-                let wo = Polar::from_cos((0.5 + 0.5 * (t * 0.7).sin()).powi(3)).direction(t);
-                let wi = Polar::from_cos((0.5 + 0.5 * (t * 1.3).cos()).powi(3)).direction(2.1 * t);
-                assert_eq!(bxdf.f(wo, wi), bxdf.f(wi, wo));
-                assert_eq!(bxdf.f(wo, wi), bxdf.f(-wo, -wi));
-            }
-        }
-    }
-
-    /// weight = f cos/pdf wherever the quotient itself can be formed.
-    #[test]
-    fn weights_are_the_quotients_they_stand_for() {
-        let fresnel = Fresnel::conductor(Spectrum::grey(0.769), Spectrum::grey(6.08)).unwrap();
-        for bxdf in lobes(0.7, fresnel) {
-            for sampling in [
-                Sampling::Uniform,
-                Sampling::Cosine,
-                Sampling::Normals,
-                Sampling::Visible,
-                Sampling::Bxdf,
-            ] {
-                for i in 0..200 {
-                    let t = f64::from(i) * 0.618;
-                    let u = [t.fract(), (t * 1.7).fract(), (t * 2.9).fract()];
-                    let wo = Polar::from_cos((t * 3.1).fract()).direction(0.3 * t);
-                    let sample = bxdf.sample(sampling, wo, u);
-                    // what has underflowed has no digits left to compare
-                    if sample.weight.x < 1e-290 {
-                        continue;
-                    }
-                    // n.i and o.h cancel near 0, and narrow lobes multiply the rounding of h by the inverse of their width
-                    let tolerance = 1e-9;
-                    let quotient = bxdf.f(wo, sample.wi) * sample.wi.z / sample.pdf;
-                    let relative = (quotient / sample.weight - DVec3::ONE).abs().max_element();
-                    assert!(
-                        relative < tolerance,
-                        "{bxdf:?} {sampling:?} {i}: {quotient} and {}",
-                        sample.weight
-                    );
-                    if sampling == Sampling::Bxdf {
-                        assert!((bxdf.pdf(wo, sample.wi) / sample.pdf - 1.0).abs() < tolerance);
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn smith_goes_with_slopes_only() {
-        for masking in [Masking::Smith, Masking::SmithCorrelated] {
-            for distribution in [
-                Distribution::from(Family::Phong.with(10.0).unwrap()),
-                Anisotropic::new(Elliptic::AshikhminShirley, 10.0, 20.0).unwrap().into(),
-            ] {
-                let refused = Microfacet::new(Spectrum::grey(1.0), distribution, masking, Fresnel::None).unwrap_err();
-                let message = format!(
-                    "masking \"smith\" is not allowed with distribution \"{}\": it goes with beckmann and ggx only",
-                    distribution.name()
-                );
-                assert_eq!(refused.to_string(), message);
-            }
-        }
-        let too_much = Spectrum::grey(1.5);
-        let beckmann = Family::Beckmann.with(0.2).unwrap();
-        let refused = Microfacet::new(too_much, beckmann, Masking::Smith, Fresnel::None).unwrap_err();
-        assert!(matches!(refused, ModelError::Parameter(error) if error.parameter == "reflectance"));
     }
 }

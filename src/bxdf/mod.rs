@@ -16,6 +16,7 @@ mod microfacet;
 mod model;
 mod oren_nayar;
 mod specular;
+mod weights;
 
 pub use adapters::{BrdfToBtdf, Scaled, Sum};
 pub use diffuse_specular::{CoupledBxdf, Coupling, DiffuseSpecular, SpecularAlbedo};
@@ -29,6 +30,7 @@ pub use microfacet::Microfacet;
 pub use model::Model;
 pub use oren_nayar::OrenNayar;
 pub use specular::{FresnelSpecular, SpecularReflection, SpecularTransmission, Transport};
+pub use weights::{BLOCK, Draws, Lane};
 
 use crate::geometry::Polar;
 use crate::spectrum::Channels;
@@ -48,6 +50,11 @@ pub enum Sampling {
     Visible,
     /// The model's own `sample_f`.
     Bxdf,
+}
+
+impl Sampling {
+    /// Every way.
+    pub const ALL: [Self; 5] = [Self::Uniform, Self::Cosine, Self::Normals, Self::Visible, Self::Bxdf];
 }
 
 /// A direction drawn for the integral int f(wo, wi) |cos theta_i| dwi.
@@ -117,6 +124,23 @@ pub trait Bxdf: Sync {
             Sampling::Normals | Sampling::Visible | Sampling::Bxdf => self.sample_f(wo, u),
         }
     }
+
+    /// How many of the coordinates of u, from the first, [`Bxdf::sample`] looks at.
+    fn dimensions(&self, sampling: Sampling) -> usize {
+        let both = Flags::REFLECTION | Flags::TRANSMISSION;
+        match sampling {
+            Sampling::Uniform | Sampling::Cosine if !self.flags().contains(both) => 2,
+            _ => 3,
+        }
+    }
+
+    /// The weights of [`Bxdf::sample`] for many draws, 0 for directions on the other side than `side`, seen from wo:
+    /// [`Flags::REFLECTION`] or [`Flags::TRANSMISSION`]. Only the independent channels of `weights` are written.
+    ///
+    /// A model may override it by something faster that gives the same numbers but for rounding.
+    fn weights(&self, sampling: Sampling, side: Flags, draws: Draws<'_>, weights: &mut [Lane; 3]) {
+        weights::one_by_one(self, sampling, side, draws, weights);
+    }
 }
 
 /// Pointers to a model are the model.
@@ -153,6 +177,14 @@ impl<B: Bxdf + ?Sized> Bxdf for $pointer {
 
     fn sample(&self, sampling: Sampling, wo: DVec3, u: [f64; 3]) -> BxdfSample {
         (**self).sample(sampling, wo, u)
+    }
+
+    fn dimensions(&self, sampling: Sampling) -> usize {
+        (**self).dimensions(sampling)
+    }
+
+    fn weights(&self, sampling: Sampling, side: Flags, draws: Draws<'_>, weights: &mut [Lane; 3]) {
+        (**self).weights(sampling, side, draws, weights);
     }
 }
     )*};

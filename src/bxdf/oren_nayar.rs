@@ -79,7 +79,7 @@ fn facing(wo: DVec3, wi: DVec3) -> f64 {
 }
 
 fn sine(w: DVec3) -> f64 {
-    w.x.hypot(w.y)
+    libm::hypot(w.x, w.y)
 }
 
 impl Bxdf for OrenNayar {

@@ -2,15 +2,17 @@
 
 use super::{Common, Failure, Shape, format};
 use clap::Args;
-use serde_json::json;
+use rayon::prelude::*;
+use serde_json::{Map, Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use whitefurnace::export::manifest::{self, Manifest, TableEntry};
 use whitefurnace::export::{exr, write};
-use whitefurnace::integrate::{fill, work};
-use whitefurnace::plan::Plan;
-use whitefurnace::table::Table;
+use whitefurnace::integrate::choice::{Chooser, Wish};
+use whitefurnace::integrate::{FillError, Filled, fill, fill_within, work};
+use whitefurnace::plan::{Plan, TablePlan};
+use whitefurnace::table::{Storage, Table};
 
 /// Arguments of `furnace bake`.
 #[derive(Debug, Args)]
@@ -19,11 +21,14 @@ Writes <table>.exr for every table and manifest.json with all their facts. Each 
 any viewer opens, and the error of every texel as the layer `error`. Nothing is written before everything is computed.
 
 Two errors are stated: `texel`, the largest error at any texel, and `lookup`, the largest error of a linear-filtered lookup \
-anywhere between texels. The second falls with --resolution.
+anywhere between texels. Without --tolerance the tables have 64, 32 and 16 texels along their axes, and texels are known to \
+1e-6. With --tolerance T axes, sizes and texel errors are chosen so that the lookup error is at most T at least bytes; sizes \
+that are given stay as given.
 
 Examples:
   furnace bake scene.toml --out tables
-  furnace bake --resolution 256 --tolerance 1e-8
+  furnace bake --tolerance 1e-3
+  furnace bake --resolution 256 --tolerance 1e-4
   furnace bake --estimator mc-visible --samples 100000 --seed 1")]
 pub(super) struct Bake {
     #[command(flatten)]
@@ -40,13 +45,16 @@ struct Baked {
     purpose: &'static str,
     entry: TableEntry,
     bytes: Vec<u8>,
+    /// Why its lookup error exceeds the tolerance asked for, where it does.
+    unmet: Option<String>,
 }
 
 impl Bake {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let start = Instant::now();
         let scene = self.common.load()?;
-        let plan = Plan::new(&scene, &self.common.request(&self.shape))?;
+        let wish = self.common.wish(&self.shape)?;
+        let plan = Plan::new(&scene, &self.common.request(&self.shape)?)?;
         let directory = self
             .out
             .clone()
@@ -54,7 +62,7 @@ impl Bake {
         // an unusable directory is found before the work, not after it
         let missing: Vec<&Path> = directory.ancestors().take_while(|part| !part.exists()).collect();
         write::create_dir(&directory)?;
-        let baked = self.common.in_pool(|| compute(&plan)).inspect_err(|_| {
+        let baked = self.common.in_pool(|| compute(&plan, wish)).inspect_err(|_| {
             // only what is still empty goes
             missing.iter().for_each(|part| drop(fs::remove_dir(part)));
         })?;
@@ -62,20 +70,44 @@ impl Bake {
         let seconds = start.elapsed().as_secs_f64();
         if self.common.json {
             let directory = directory.display().to_string();
-            let value = json!({ "directory": directory, "seconds": seconds, "manifest": manifest });
+            let unmet: Map<String, Value> = baked
+                .iter()
+                .filter_map(|baked| Some((baked.table.id.clone(), json!(baked.unmet.as_ref()?))))
+                .collect();
+            let mut value = json!({ "directory": directory, "seconds": seconds, "manifest": manifest });
+            if wish.is_some() {
+                value["unmet"] = Value::Object(unmet);
+            }
             format::say(serde_json::to_string_pretty(&value)?);
         } else {
-            report(&directory, &plan, &baked, seconds);
+            report(&directory, &plan, &baked, wish, seconds);
         }
         Ok(())
     }
 }
 
-fn compute(plan: &Plan) -> Result<Vec<Baked>, Failure> {
-    let bar = format::progress(plan.tables.iter().map(work).sum(), "baking");
+fn compute(plan: &Plan, wish: Option<Wish>) -> Result<Vec<Baked>, Failure> {
+    let choosers = match wish {
+        None => Vec::new(),
+        Some(wish) => choosers(&plan.tables, wish)?,
+    };
+    let total = match wish {
+        None => plan.tables.iter().map(work).sum(),
+        Some(wish) => choosers
+            .iter()
+            .map(|chooser| work(&chooser.choice(wish.tolerance, Storage::F32).plan))
+            .sum(),
+    };
+    let bar = format::progress(total, "baking");
     let mut baked = Vec::with_capacity(plan.tables.len());
-    for planned in &plan.tables {
-        let table = fill(planned, &|integrals| bar.inc(integrals))?;
+    for (index, planned) in plan.tables.iter().enumerate() {
+        let Filled { table, unmet } = match choosers.get(index) {
+            Some(chooser) => fill_within(chooser, &|integrals| bar.inc(integrals))?,
+            None => Filled {
+                table: fill(planned, &|integrals| bar.inc(integrals))?,
+                unmet: None,
+            },
+        };
         let bytes = exr::to_bytes(&table)?;
         let entry = TableEntry::new(&table, format!("{}.exr", table.id), &bytes);
         baked.push(Baked {
@@ -83,10 +115,24 @@ fn compute(plan: &Plan) -> Result<Vec<Baked>, Failure> {
             purpose: planned.purpose,
             entry,
             bytes,
+            unmet,
         });
     }
     bar.finish_and_clear();
     Ok(baked)
+}
+
+/// What choices for each of the `tables` need, found out side by side.
+pub(super) fn choosers(tables: &[TablePlan], wish: Wish) -> Result<Vec<Chooser<'_>>, Failure> {
+    let bar = format::progress_of(tables.len() as u64, "choosing sizes", "tables");
+    let chooser = |table| {
+        let chooser = Chooser::new(table, wish);
+        bar.inc(1);
+        chooser
+    };
+    let choosers = tables.par_iter().map(chooser).collect::<Result<_, FillError>>()?;
+    bar.finish_and_clear();
+    Ok(choosers)
 }
 
 /// The tables first, the manifest last: a manifest never names a table that is not there.
@@ -100,7 +146,7 @@ fn write_all(directory: &Path, plan: &Plan, baked: &[Baked], seed: u64) -> Resul
     Ok(manifest)
 }
 
-fn report(directory: &Path, plan: &Plan, baked: &[Baked], seconds: f64) {
+fn report(directory: &Path, plan: &Plan, baked: &[Baked], wish: Option<Wish>, seconds: f64) {
     let header = [
         "table",
         "texels",
@@ -130,6 +176,22 @@ fn report(directory: &Path, plan: &Plan, baked: &[Baked], seconds: f64) {
                     [] => String::new(),
                     at => format!(" at {}", place(&baked.table, at)),
                 },
+            ));
+        }
+    }
+    if let Some(wish) = wish {
+        let exceeding = baked.iter().filter_map(|baked| Some((baked, baked.unmet.as_ref()?)));
+        for (baked, reason) in exceeding {
+            let error = baked
+                .table
+                .between
+                .as_ref()
+                .map_or_else(|| baked.table.max_texel_error(), |between| between.error);
+            format::say(format!(
+                "\nexceeded: lookups of {} are off by up to {}, more than {:e}: {reason}",
+                baked.table.id,
+                format::error(error),
+                wish.tolerance,
             ));
         }
     }

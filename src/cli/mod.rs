@@ -1,6 +1,7 @@
 //! The command line: arguments, and one file per command.
 
 mod bake;
+mod cost;
 mod format;
 mod inspect;
 mod number;
@@ -14,6 +15,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use whitefurnace::bxdf::Model;
 use whitefurnace::estimate::{Effort, Estimator, default_tolerance};
+use whitefurnace::integrate::choice::Wish;
 use whitefurnace::plan::Request;
 use whitefurnace::scene::{Material, Scene};
 use whitefurnace::table::axis::Mapping;
@@ -24,6 +26,7 @@ Examples:
   furnace plan scene.toml                   what a bake would compute, and what it would cost
   furnace rho --theta-deg 0,60,85           directional albedo at three angles
   furnace verify --tables outputs/default   whether models and tables keep their promises
+  furnace cost --quick                      what accuracy costs in time, with charts
   furnace inspect outputs/default/FILE.exr  what a table holds
 
 rho_hd is the share of light from one direction that a material reflects into all others; rho_hh is its mean.
@@ -49,6 +52,8 @@ enum Command {
     Rho(rho::Rho),
     /// Test energy conservation, reciprocity, sampling, normalisation, and baked tables.
     Verify(verify::Verify),
+    /// Show what accuracy costs in time: error against seconds, table size and storage, with charts.
+    Cost(cost::Cost),
     /// Say what a table holds, how it was made, its range and its error.
     Inspect(inspect::Inspect),
 }
@@ -58,12 +63,14 @@ enum Command {
 struct Common {
     /// Scene file (TOML); without one the built-in scene is used.
     scene: Option<PathBuf>,
-    /// How integrals are computed: auto, closed-form, quadrature, mc-uniform, mc-cosine, mc-normals, mc-visible, mc-bxdf.
+    /// How integrals are computed: auto, closed-form, quadrature, or samples: mc-uniform, mc-cosine, mc-normals, mc-visible,
+    /// mc-bxdf, each also as stratified-* (jittered strata) and qmc-* (Owen-scrambled Sobol points).
     #[arg(long, default_value = "auto", value_name = "NAME")]
     estimator: Estimator,
-    /// Largest absolute error of any value, 1e-12 to 0.5; by default 1e-6, and 1e-2 for irregular measured samples.
-    #[arg(long, value_name = "ERROR", value_parser = number::tolerance)]
-    tolerance: Option<f64>,
+    /// Largest absolute error, 1e-12 to 0.5: of any value, and of bake and plan of any lookup in a table, whose sizes are
+    /// then chosen. By default 1e-6 for values and texels, and 1e-2 for irregular measured samples.
+    #[arg(long, value_name = "ERROR", value_delimiter = ',', value_parser = number::tolerance)]
+    tolerance: Vec<f64>,
     /// Fixed number of Monte Carlo samples instead of the tolerance, 2 to 2^40.
     #[arg(long, value_name = "N", value_parser = number::samples)]
     samples: Option<u64>,
@@ -81,16 +88,16 @@ struct Common {
 /// The shape of tables.
 #[derive(Debug, Args)]
 struct Shape {
-    /// Texels along mu, 2 to 16384.
-    #[arg(long, default_value_t = 64, value_name = "N", value_parser = number::resolution)]
-    resolution: usize,
-    /// Texels along a roughness axis, 2 to 16384.
-    #[arg(long, default_value_t = 32, value_name = "N", value_parser = number::resolution)]
-    roughness_resolution: usize,
-    /// Texels along the azimuth of anisotropic materials, 2 to 16384.
-    #[arg(long, default_value_t = 16, value_name = "N", value_parser = number::resolution)]
-    azimuth_resolution: usize,
-    /// Mapping of the mu axis: mu, sqrt-mu, or auto, which measures both and keeps the better.
+    /// Texels along mu, 2 to 16384; 64, or with --tolerance as many as it takes.
+    #[arg(long, value_name = "N", value_parser = number::resolution)]
+    resolution: Option<usize>,
+    /// Texels along a roughness axis, 2 to 16384; 32, or with --tolerance as many as it takes.
+    #[arg(long, value_name = "N", value_parser = number::resolution)]
+    roughness_resolution: Option<usize>,
+    /// Texels along the azimuth of anisotropic materials, 2 to 16384; 16, or with --tolerance as many as it takes.
+    #[arg(long, value_name = "N", value_parser = number::resolution)]
+    azimuth_resolution: Option<usize>,
+    /// Mapping of the mu axis: mu, sqrt-mu, fourth-root-mu, or auto, which keeps the one that serves best.
     #[arg(long, default_value = "auto", value_name = "MAPPING", value_parser = number::mapping)]
     axis: AxisChoice,
 }
@@ -147,6 +154,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Command::Plan(plan) => plan.run()?,
         Command::Rho(rho) => rho.run()?,
         Command::Verify(verify) => return verify.run(),
+        Command::Cost(cost) => cost.run()?,
         Command::Inspect(inspect) => inspect.run()?,
     }
     Ok(Outcome::Good)
@@ -189,32 +197,59 @@ impl Common {
 
     /// Deterministic estimators draw no samples; who fixes their number gets told.
     fn tell_unused(&self) {
-        if self.samples.is_some() && !matches!(self.estimator, Estimator::MonteCarlo(_)) {
+        if self.samples.is_some() && !matches!(self.estimator, Estimator::MonteCarlo { .. }) {
             let estimator = self.estimator;
             eprintln!("note: --samples has no effect on --estimator {estimator}, which meets the tolerance instead");
         }
     }
 
-    fn effort(&self, model: &Model) -> Effort {
+    /// The tolerance of a command that takes one.
+    fn tolerance(&self) -> Result<Option<f64>, Failure> {
+        match &self.tolerance[..] {
+            [] => Ok(None),
+            [one] => Ok(Some(*one)),
+            several => {
+                let count = several.len();
+                Err(
+                    format!("--tolerance: {count} values are not allowed: only rho takes several, the others one")
+                        .into(),
+                )
+            }
+        }
+    }
+
+    /// The error that lookups may have, where one is asked for.
+    fn wish(&self, shape: &Shape) -> Result<Option<Wish>, Failure> {
+        let tolerance = self.tolerance()?;
+        Ok(tolerance.map(|tolerance| Wish {
+            tolerance,
+            mu: shape.resolution,
+            roughness: shape.roughness_resolution,
+            azimuth: shape.azimuth_resolution,
+            mapping: shape.axis.0,
+        }))
+    }
+
+    fn effort(&self, model: &Model, tolerance: Option<f64>) -> Effort {
         Effort {
-            tolerance: self.tolerance.unwrap_or_else(|| default_tolerance(model)),
+            tolerance: tolerance.unwrap_or_else(|| default_tolerance(model)),
             samples: self.samples,
             seed: self.seed,
         }
     }
 
-    fn request(&self, shape: &Shape) -> Request {
+    fn request(&self, shape: &Shape) -> Result<Request, Failure> {
         self.tell_unused();
-        Request {
-            resolution: shape.resolution,
-            roughness_resolution: shape.roughness_resolution,
-            azimuth_resolution: shape.azimuth_resolution,
+        Ok(Request {
+            resolution: shape.resolution.unwrap_or(64),
+            roughness_resolution: shape.roughness_resolution.unwrap_or(32),
+            azimuth_resolution: shape.azimuth_resolution.unwrap_or(16),
             mapping: shape.axis.0,
             estimator: self.estimator,
-            tolerance: self.tolerance,
+            tolerance: self.tolerance()?,
             samples: self.samples,
             seed: self.seed,
-        }
+        })
     }
 
     /// Runs `work` on the number of threads asked for.

@@ -9,6 +9,7 @@ use whitefurnace::table::axis::{MAX_SIZE, Mapping};
 use whitefurnace::verify::CONFIDENCE;
 
 const TOLERANCE: Legal = Legal::new("tolerance", 1e-12, 0.5);
+const SECONDS: Legal = Legal::new("seconds", 1.0, 86400.0);
 const THETA: Legal = Legal::new("theta", 0.0, 90.0);
 const PHI: Legal = Legal::new("phi", -360.0, 360.0);
 /// Wide enough for every family; the range of the material decides.
@@ -36,6 +37,10 @@ pub(super) fn confidence(text: &str) -> Result<f64, String> {
         )),
         Err(error) => Err(error),
     }
+}
+
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
+    number(text, SECONDS)
 }
 
 pub(super) fn mu(text: &str) -> Result<f64, String> {
@@ -79,6 +84,7 @@ pub(super) fn mapping(text: &str) -> Result<AxisChoice, String> {
         "auto" => Ok(AxisChoice(None)),
         "mu" => Ok(AxisChoice(Some(Mapping::Mu))),
         "sqrt-mu" => Ok(AxisChoice(Some(Mapping::SqrtMu))),
-        _ => Err("known mappings are auto, mu and sqrt-mu".into()),
+        "fourth-root-mu" => Ok(AxisChoice(Some(Mapping::FourthRootMu))),
+        _ => Err("known mappings are auto, mu, sqrt-mu and fourth-root-mu".into()),
     }
 }

@@ -16,10 +16,12 @@ use whitefurnace::spectrum::Channels;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Without --mu, --theta-deg or --hh it prints rho_hd at 0, 30, 45, 60, 75, 85 and 90 degrees, and rho_hh. \
-The evaluations and the time of the first row of a material include what its directions share.
+The evaluations and the time of the first row of a material include what its directions share. Of several values of \
+--tolerance each gets a row of its own, so that the cost of digits is seen.
 
 Examples:
   furnace rho --material aluminium-k17 --theta-deg 0,45,90 --tolerance 1e-10
+  furnace rho --material methanol-k17 --mu 0.1 --tolerance 1e-3,1e-6,1e-9
   furnace rho scene.toml --mu 0,0.1,1 --estimator mc-visible --samples 1000000
   furnace rho --hh --json")]
 pub(super) struct Rho {
@@ -50,6 +52,8 @@ struct Row<'a> {
     material: &'a Material,
     /// Name and value, where the scene gives a range.
     roughness: Option<(&'static str, f64)>,
+    /// The error that was allowed.
+    tolerance: f64,
     lobe: Lobe,
     direction: Option<Direction>,
     channels: Channels,
@@ -83,12 +87,28 @@ impl Rho {
         }
         self.common.tell_unused();
         let targets: Vec<Option<Direction>> = directions.into_iter().map(Some).chain(hh.then_some(None)).collect();
-        let bar = format::progress((cases.len() * targets.len()) as u64, "integrating");
+        let tolerances: Vec<Option<f64>> = match &self.common.tolerance[..] {
+            [] => vec![None],
+            several => several.iter().copied().map(Some).collect(),
+        };
+        let integrals = cases.len() * targets.len() * tolerances.len();
+        let bar = format::progress(integrals as u64, "integrating");
         let (rows, refused) = self.common.in_pool(|| {
             let refused = Cell::new(0);
             let mut rows = Vec::new();
             for (material, roughness) in cases {
-                rows.extend(self.rows(material, roughness, &targets, &bar, &refused)?);
+                let each = tolerances
+                    .iter()
+                    .map(|tolerance| self.rows(material, roughness, *tolerance, &targets, &bar, &refused));
+                let mut each: Vec<Vec<Row>> = each.collect::<Result<_, Failure>>()?;
+                // the tolerances of one direction below each other
+                let longest = each.iter().map(Vec::len).max().unwrap_or(0);
+                for each in &mut each {
+                    each.reverse();
+                }
+                for _ in 0..longest {
+                    rows.extend(each.iter_mut().filter_map(Vec::pop));
+                }
             }
             Ok((rows, refused.get()))
         })?;
@@ -99,7 +119,7 @@ impl Rho {
                 &json!({ "scene": scene.name, "results": results }),
             )?);
         } else {
-            report(&rows);
+            report(&rows, tolerances.len() > 1);
         }
         // nobody asked for the default angles in particular
         match refused {
@@ -140,6 +160,7 @@ impl Rho {
         &self,
         material: &'a Material,
         roughness: Option<(&'static str, f64)>,
+        tolerance: Option<f64>,
         targets: &[Option<Direction>],
         bar: &ProgressBar,
         refused: &Cell<usize>,
@@ -150,7 +171,7 @@ impl Rho {
             .model
             .at(roughness.map(|(_, value)| value))
             .map_err(|error| failed(&error))?;
-        let effort = self.common.effort(&model);
+        let effort = self.common.effort(&model, tolerance);
         let integrator = Integrator::new(&model, self.common.estimator, effort).map_err(|error| failed(&error))?;
         let mut shared = (integrator.shared_evaluations(), start.elapsed().as_secs_f64());
         let mut rows = Vec::new();
@@ -179,6 +200,7 @@ impl Rho {
                 rows.push(Row {
                     material,
                     roughness,
+                    tolerance: effort.tolerance,
                     lobe,
                     direction,
                     channels: model.channels(),
@@ -227,6 +249,7 @@ impl Row<'_> {
             "phi_deg": self.direction.map(|direction| direction.phi_deg),
             "value": self.channels.of(self.estimate.value),
             "error": self.channels.of(self.estimate.error),
+            "tolerance": self.tolerance,
             "error_kind": self.estimate.kind.name(),
             "estimator": self.estimate.estimator.name(),
             "evaluations": self.estimate.evaluations,
@@ -238,13 +261,13 @@ impl Row<'_> {
         value
     }
 
-    fn cells(&self) -> Vec<String> {
+    fn cells(&self, several: bool) -> Vec<String> {
         let name = match self.roughness {
             Some((parameter, value)) => format!("{}, {parameter} = {value}", self.material.name),
             None => self.material.name.clone(),
         };
         let direction = |f: fn(Direction) -> String| self.direction.map_or_else(|| "-".into(), f);
-        vec![
+        let mut cells = vec![
             name,
             self.quantity().into(),
             self.lobe.name().into(),
@@ -257,12 +280,19 @@ impl Row<'_> {
             self.estimate.estimator.name().into(),
             format::count(self.estimate.evaluations),
             format::seconds(self.seconds),
-        ]
+        ];
+        if several {
+            cells.insert(TOLERANCE, format!("{:e}", self.tolerance));
+        }
+        cells
     }
 }
 
-fn report(rows: &[Row]) {
-    let header = [
+/// The column of the tolerance, where there are several.
+const TOLERANCE: usize = 6;
+
+fn report(rows: &[Row], several: bool) {
+    let mut header = vec![
         "material",
         "quantity",
         "lobe",
@@ -276,6 +306,18 @@ fn report(rows: &[Row]) {
         "evaluations",
         "time",
     ];
-    let right = ["theta/deg", "mu", "phi/deg", "error", "evaluations", "time"];
-    format::say(format::table(&header, &right, rows.iter().map(Row::cells).collect()).to_string());
+    if several {
+        header.insert(TOLERANCE, "tolerance");
+    }
+    let right = [
+        "theta/deg",
+        "mu",
+        "phi/deg",
+        "tolerance",
+        "error",
+        "evaluations",
+        "time",
+    ];
+    let rows = rows.iter().map(|row| row.cells(several)).collect();
+    format::say(format::table(&header, &right, rows).to_string());
 }

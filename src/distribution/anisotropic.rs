@@ -10,6 +10,7 @@
 //! direction (a_x cos psi, a_y sin psi) has that density for uniform psi.
 
 use super::{Beckmann, Family, Ggx, Isotropic, Phong};
+use crate::geometry::at_azimuth;
 use crate::parameter::{Legal, ParameterError};
 use glam::DVec2;
 
@@ -75,7 +76,7 @@ impl Anisotropic {
         let parameters = [legal_x.check(x)?, legal_y.check(y)?];
         let axes = match kind {
             Elliptic::Beckmann | Elliptic::Ggx => DVec2::new(x, y),
-            Elliptic::AshikhminShirley => DVec2::new(x + 2.0, y + 2.0).powf(-0.5),
+            Elliptic::AshikhminShirley => DVec2::new(x + 2.0, y + 2.0).map(|n| n.sqrt().recip()),
         };
         Ok(Self { kind, parameters, axes })
     }
@@ -118,11 +119,11 @@ impl Anisotropic {
     pub fn azimuth(&self, psi: f64) -> DVec2 {
         // relative to the larger axis: their products may underflow
         let axes = self.axes / self.axes.max_element();
-        (axes * DVec2::from_angle(psi)).normalize_or(DVec2::X)
+        (axes * at_azimuth(psi)).normalize_or(DVec2::X)
     }
 
     fn radius(&self, azimuth: DVec2) -> f64 {
         let DVec2 { x, y } = self.axes;
-        x * y / (y * azimuth.x).hypot(x * azimuth.y)
+        x * y / libm::hypot(y * azimuth.x, x * azimuth.y)
     }
 }

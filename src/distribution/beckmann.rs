@@ -41,7 +41,7 @@ impl Beckmann {
 
     /// e^-E/(pi m^2 cos^power); the exponential vanishes long before the power of the cosine underflows.
     fn over_power(&self, theta: Polar, power: i32) -> f64 {
-        let exponential = (-self.exposure(theta)).exp();
+        let exponential = libm::exp(-self.exposure(theta));
         if exponential == 0.0 {
             return 0.0;
         }

@@ -46,16 +46,16 @@ impl Ggx {
     pub(super) fn exposure(&self, theta: Polar) -> f64 {
         let slope = theta.tan() / self.alpha;
         if slope > 1e150 {
-            return 2.0 * slope.ln();
+            return 2.0 * libm::log(slope);
         }
-        (slope * slope).ln_1p()
+        libm::log1p(slope * slope)
     }
 
     pub(super) fn at_exposure(&self, exposure: f64) -> Polar {
         let slope = if exposure < 40.0 {
-            exposure.exp_m1().sqrt()
+            libm::expm1(exposure).sqrt()
         } else {
-            (0.5 * exposure).exp()
+            libm::exp(0.5 * exposure)
         };
         Polar::from_tan(self.alpha * slope)
     }

@@ -120,12 +120,12 @@ impl Isotropic {
 
     /// P(theta), the probability that a normal lies within theta of the pole.
     pub fn cdf(&self, theta: Polar) -> f64 {
-        -(-self.exposure(theta)).exp_m1()
+        -libm::expm1(-self.exposure(theta))
     }
 
     /// The angle theta with P(theta) = u, for u in [0, 1).
     pub fn inverse_cdf(&self, u: f64) -> Polar {
-        self.at_exposure(-(-u).ln_1p())
+        self.at_exposure(-libm::log1p(-u))
     }
 
     /// A normal drawn from p(h); u in [0, 1)^2.

@@ -11,6 +11,7 @@ mod anisotropic;
 mod beckmann;
 mod ggx;
 mod isotropic;
+pub(crate) mod lanes;
 mod phong;
 #[cfg(test)]
 mod tests;
@@ -23,7 +24,7 @@ pub use isotropic::{Family, Isotropic};
 pub use phong::Phong;
 pub use vmf::Vmf;
 
-use crate::geometry::Polar;
+use crate::geometry::{Polar, at_azimuth};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
@@ -109,7 +110,7 @@ impl Distribution {
     /// The azimuth whose share of the normals before it is psi/(2 pi).
     pub fn azimuth(&self, psi: f64) -> DVec2 {
         match self {
-            Self::Isotropic(_) => DVec2::from_angle(psi),
+            Self::Isotropic(_) => at_azimuth(psi),
             Self::Anisotropic(anisotropic) => anisotropic.azimuth(psi),
         }
     }

@@ -24,6 +24,11 @@ impl Phong {
         Self { n }
     }
 
+    /// Exponent.
+    pub fn n(&self) -> f64 {
+        self.n
+    }
+
     pub(super) fn p(&self, theta: Polar) -> f64 {
         self.power(theta, self.n + 1.0)
     }
@@ -35,7 +40,7 @@ impl Phong {
     /// (n + 2)/(2 pi) cos^power through the logarithm, which keeps the digits of cos near 1 for large powers.
     fn power(&self, theta: Polar, power: f64) -> f64 {
         let exponent = if power == 0.0 { 0.0 } else { power * theta.ln_cos() };
-        (self.n + 2.0) / TAU * exponent.exp()
+        (self.n + 2.0) / TAU * libm::exp(exponent)
     }
 
     /// 1 - P = cos^(n + 2).
@@ -45,6 +50,6 @@ impl Phong {
 
     pub(super) fn at_exposure(&self, exposure: f64) -> Polar {
         let log = exposure / (self.n + 2.0);
-        Polar::from_versine(-(-log).exp_m1(), (-log).exp())
+        Polar::from_versine(-libm::expm1(-log), libm::exp(-log))
     }
 }

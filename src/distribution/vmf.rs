@@ -11,6 +11,9 @@ use std::f64::consts::TAU;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vmf {
     kappa: f64,
+    /// e^-kappa and 1 - e^-kappa.
+    decay: f64,
+    whole: f64,
     /// kappa/(2 pi (1 - e^-kappa)), the density at the pole.
     peak: f64,
 }
@@ -25,16 +28,32 @@ impl Vmf {
     /// [`ParameterError`] outside that range.
     pub fn new(kappa: f64) -> Result<Self, ParameterError> {
         KAPPA.check(kappa)?;
+        let (decay, whole) = (libm::exp(-kappa), -libm::expm1(-kappa));
         let peak = if kappa < UNIFORM {
             TAU.recip()
         } else {
-            kappa / (-TAU * (-kappa).exp_m1())
+            kappa / (TAU * whole)
         };
-        Ok(Self { kappa, peak })
+        Ok(Self {
+            kappa,
+            decay,
+            whole,
+            peak,
+        })
+    }
+
+    /// Concentration.
+    pub fn kappa(&self) -> f64 {
+        self.kappa
+    }
+
+    /// The density at the pole, in sr^-1.
+    pub(super) fn peak(&self) -> f64 {
+        self.peak
     }
 
     pub(super) fn p(&self, theta: Polar) -> f64 {
-        self.peak * (-self.kappa * theta.versine()).exp()
+        self.peak * libm::exp(-self.kappa * theta.versine())
     }
 
     pub(super) fn d(&self, theta: Polar) -> f64 {
@@ -48,12 +67,11 @@ impl Vmf {
         if kappa < UNIFORM {
             return -theta.ln_cos();
         }
-        let whole = (-kappa).exp_m1();
-        let cdf = (-kappa * v).exp_m1() / whole;
+        let cdf = -libm::expm1(-kappa * v) / self.whole;
         if cdf < 0.5 {
-            -(-cdf).ln_1p()
+            -libm::log1p(-cdf)
         } else {
-            kappa * v - ((-kappa * theta.cos).exp_m1() / whole).ln()
+            kappa * v - libm::log(-libm::expm1(-kappa * theta.cos) / self.whole)
         }
     }
 
@@ -62,26 +80,31 @@ impl Vmf {
     pub(super) fn at_exposure(&self, exposure: f64) -> Polar {
         let kappa = self.kappa;
         if kappa < UNIFORM {
-            return Polar::from_versine(-(-exposure).exp_m1(), (-exposure).exp());
+            return Polar::from_versine(-libm::expm1(-exposure), libm::exp(-exposure));
         }
-        let whole = -(-kappa).exp_m1();
+        if kappa - exposure > 40.0 {
+            // e^(E - kappa) is lost beside 1: nothing of the lobe reaches the horizon
+            let versine = exposure / kappa;
+            return Polar::from_versine(versine, 1.0 - versine);
+        }
         let versine = if kappa < 1.0 {
-            -((-exposure).exp_m1() * whole).ln_1p() / kappa
+            -libm::log1p(libm::expm1(-exposure) * self.whole) / kappa
         } else if exposure < 30.0 {
-            (exposure - ((-kappa).exp() * exposure.exp_m1()).ln_1p()) / kappa
+            (exposure - libm::log1p(self.decay * libm::expm1(exposure))) / kappa
         } else {
             // e^E - 1 = e^E to the last bit
-            (exposure - (exposure - kappa).exp().ln_1p()) / kappa
+            (exposure - libm::log1p(libm::exp(exposure - kappa))) / kappa
         };
+        if versine < 0.5 {
+            return Polar::from_versine(versine.max(0.0), 1.0 - versine);
+        }
         let rest = kappa - exposure;
         let cos = if rest < -40.0 {
             // ln(1 + x) = x to the last bit, and x itself may underflow where x/kappa does not
-            rest.exp() * (whole / kappa)
-        } else if rest < 40.0 {
-            (whole * rest.exp()).ln_1p() / kappa
+            libm::exp(rest) * (self.whole / kappa)
         } else {
-            1.0 - versine
+            libm::log1p(self.whole * libm::exp(rest)) / kappa
         };
-        Polar::from_versine(versine.clamp(0.0, 1.0), cos.clamp(0.0, 1.0))
+        Polar::from_versine(versine.min(1.0), cos.clamp(0.0, 1.0))
     }
 }

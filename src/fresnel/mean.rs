@@ -73,13 +73,13 @@ fn from_rarer_side(n: f64, step: f64) -> (f64, f64) {
     let normal = step * (3.0 * n + 1.0) / (6.0 * (n + 1.0) * (n + 1.0));
     // the logarithm of a small number, then that of a number near 1
     let ln_ratio = if n < 3.0 {
-        (step / (n + 1.0)).ln()
+        libm::log(step / (n + 1.0))
     } else {
-        (-2.0 / (n + 1.0)).ln_1p()
+        libm::log1p(-2.0 / (n + 1.0))
     };
     let difference = step * (n + 1.0) / sum;
     let logarithmic = square / sum * difference * difference * ln_ratio;
-    let ln = if step < 1.0 { step.ln_1p() } else { n.ln() };
+    let ln = if step < 1.0 { libm::log1p(step) } else { libm::log(n) };
     let hyperbolic = 2.0 * square / sum * q(2.0 * ln);
     (
         rational + normal + logarithmic + hyperbolic,
@@ -100,9 +100,9 @@ fn q(x: f64) -> f64 {
             })
             .sum()
     } else {
-        x * x.cosh() - x.sinh()
+        x * libm::cosh(x) - libm::sinh(x)
     };
-    numerator / x.sinh().powi(2)
+    numerator / libm::sinh(x).powi(2)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! At cos theta = 0 every interface reflects everything; where the indices match (eta = 1, k = 0) the limit along
 //! cos theta -> 0 is taken instead, which is 0.
 
+pub(crate) mod lanes;
 mod mean;
 
 pub use mean::dielectric_mean;
@@ -159,7 +160,7 @@ impl Fresnel {
             // the zeros of the two denominators lie at distances 1/|n| and |n| from cos = 0
             Self::ConductorApproximate { eta, k } => {
                 for (eta, k) in distinct([eta.value(), k.value()]) {
-                    let size = eta.hypot(k);
+                    let size = libm::hypot(eta, k);
                     edges.extend(scales(size, LARGEST_SCALE).map(smooth_edge));
                     edges.extend(scales(size.recip(), LARGEST_DOUBLE_POLE).map(smooth_edge));
                 }
@@ -209,8 +210,8 @@ fn scales(scale: f64, largest: f64) -> impl Iterator<Item = f64> {
 fn edges_of_interface(eta: f64, k: f64, edges: &mut Vec<Edge>) {
     // 1 - n^2 = re - i im
     let (re, im) = ((1.0 - eta) * (1.0 + eta) + k * k, 2.0 * eta * k);
-    let modulus = re.hypot(im);
-    let size = eta.hypot(k);
+    let modulus = libm::hypot(re, im);
+    let size = libm::hypot(eta, k);
     let cos = (0.5 * (modulus + re)).sqrt();
     let rounding = 0.5 * im / cos;
     let kink = re > 0.0 && eta < 1.0 && rounding < LARGEST_ROUNDING * cos;
@@ -312,7 +313,7 @@ fn conductor_at(theta: Polar, eta: f64, k: f64) -> f64 {
     let sin2 = theta.sin * theta.sin;
     let re = squared_beyond(theta, eta) - k * k;
     let im = 2.0 * eta * k;
-    let modulus = re.hypot(im);
+    let modulus = libm::hypot(re, im);
     let (a2, b2) = if re >= 0.0 {
         let a2 = 0.5 * (modulus + re);
         (a2, if a2 > 0.0 { 0.25 * im * im / a2 } else { 0.0 })

@@ -224,7 +224,7 @@ fn line(axis: &Axis, count: usize) -> Vec<f64> {
     if axis.parameter == MU {
         // with texels at the ends the first one is mu = 0 itself
         let first = axis.texel(0).max(axis.texel(1));
-        values.extend((0..LAYERS).map(|i| first * 10f64.powf(-7.0 * f64::from(i) / f64::from(LAYERS))));
+        values.extend((0..LAYERS).map(|i| first * libm::exp10(-7.0 * f64::from(i) / f64::from(LAYERS))));
     }
     values.sort_by(f64::total_cmp);
     values

@@ -96,7 +96,7 @@ pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estim
         }
         Model::Irregular(_) => Err(IntegrateError::Unsupported {
             estimator: Estimator::Quadrature,
-            reason: "f jumps between irregular samples; use auto or mc-bxdf",
+            reason: "f jumps between irregular samples; use auto or qmc-bxdf",
         }),
         Model::Lambertian(_) | Model::OrenNayar(_) | Model::SpecularTransmission(_) | Model::FresnelSpecular(_) => {
             Err(IntegrateError::Unsupported {

@@ -23,7 +23,7 @@ use super::{IntegrateError, UNMASKED, UNMASKED_COAT, smith_hd};
 use crate::bxdf::{FresnelBlend, Microfacet};
 use crate::distribution::{Distribution, Isotropic};
 use crate::fresnel::Edge;
-use crate::geometry::Polar;
+use crate::geometry::{Polar, at_azimuth};
 use crate::masking::{Cosines, Masking};
 use crate::numerics::quadrature::{Bounded, Integral, NotConverged, Piece, integrate};
 use glam::{DVec2, DVec3};
@@ -179,21 +179,21 @@ impl Facets<'_> {
             // 1 + c times the mean of r: 1 + 2 (pi/2) and 1 + 2 sqrt(pi) (sqrt(pi)/2)
             Weight::Masked(Masking::Smith | Masking::SmithCorrelated) => 5.0,
             // the mean of 1/(n.h), which is the logarithm of its bound for facets that are infinitely many at the horizon
-            Weight::Coat if is_vmf(self.distribution) => 2.0 + mu.recip().ln(),
+            Weight::Coat if is_vmf(self.distribution) => 2.0 + libm::log(mu.recip()),
             // and below 2 for all others: (n + 2)/(n + 1) for Phong
-            Weight::Coat => 2.0 + self.distribution.width().tan(),
+            Weight::Coat => 2.0 + libm::tan(self.distribution.width()),
         }
     }
 
     /// The q beyond which the lobe adds at most `allowed`.
     fn tail(&self, mu: f64, allowed: f64) -> f64 {
         let exposure = match self.weight {
-            Weight::Masked(Masking::VGroove) => 2.0f64.ln() - allowed.ln(),
+            Weight::Masked(Masking::VGroove) => libm::log(2.0f64) - libm::log(allowed),
             // (n.o) t <= n.o + tan theta_h, which is 2/n.o at the end
-            Weight::Masked(Masking::None) => (2.0 + 2.0 / mu).ln() - allowed.ln(),
+            Weight::Masked(Masking::None) => libm::log(2.0 + 2.0 / mu) - libm::log(allowed),
             // w <= G1 (1 + x t) <= 1 + c r with the stretched radius r of the normal, since Lambda is at least r_o/c with
             // c = 2 for GGX, where r = sqrt(e^E - 1), and c = 2 sqrt(pi) for Beckmann, where r = sqrt E
-            Weight::Masked(Masking::Smith | Masking::SmithCorrelated) => 2.0 * (6.0f64.ln() - allowed.ln()),
+            Weight::Masked(Masking::Smith | Masking::SmithCorrelated) => 2.0 * (libm::log(6.0f64) - libm::log(allowed)),
             Weight::Coat => return self.coat_tail(mu, allowed),
         };
         (2.0 * exposure.max(1.0)).sqrt()
@@ -209,10 +209,10 @@ impl Facets<'_> {
             } else {
                 2.0 / cosines[0].min(cosines[1])
             };
-            grown.min(mu.recip()).ln() - exposure
+            libm::log(grown.min(mu.recip())) - exposure
         };
         let mut exposure = 1.0;
-        while most(exposure) > allowed.ln() && exposure < 4000.0 {
+        while most(exposure) > libm::log(allowed) && exposure < 4000.0 {
             exposure += 1.0;
         }
         (2.0f64 * exposure).sqrt()
@@ -329,7 +329,7 @@ impl Facets<'_> {
             let theta = slice.profile.at_exposure(0.5 * q * q);
             let weight = self.weight.of(view, slice, theta);
             let reflected = (self.reflectance)(view.facet_angle(slice, theta));
-            Bounded::exact(reflected * (weight * q * (-0.5 * q * q).exp()))
+            Bounded::exact(reflected * (weight * q * libm::exp(-0.5 * q * q)))
         })
     }
 }
@@ -408,7 +408,7 @@ struct Slice {
 impl<'a> View<'a> {
     fn new(distribution: &'a Distribution, mu: f64, phi: f64) -> Self {
         // along a tangent the rounding of phi must not break the symmetry
-        let azimuth = DVec2::from_angle(phi).map(|c| if c.abs() < 1e-15 { 0.0 } else { c });
+        let azimuth = at_azimuth(phi).map(|c| if c.abs() < 1e-15 { 0.0 } else { c });
         let axes = match distribution {
             Distribution::Isotropic(_) => DVec2::ONE,
             Distribution::Anisotropic(anisotropic) => anisotropic.axes() / anisotropic.axes().max_element(),
@@ -433,7 +433,7 @@ impl<'a> View<'a> {
     }
 
     fn slice(&self, half: f64, delta: f64) -> Slice {
-        let (sin, cos) = delta.sin_cos();
+        let (sin, cos) = libm::sincos(delta);
         let stretched = self.axes * (self.along * sin + self.across * (half * cos));
         let radius = stretched.length();
         let azimuth = stretched / radius;
@@ -467,7 +467,7 @@ impl<'a> View<'a> {
         let big = linear + discriminant.sqrt().copysign(linear);
         let roots = [big / square, -constant / big];
         let found = roots.into_iter().filter(|t| t.is_finite() && t * cos_phi > 0.0);
-        found.map(f64::atan).collect()
+        found.map(libm::atan).collect()
     }
 
     /// Splits in delta around the shorter axis of the lobe, where the azimuth of the facets turns from one long side of the
@@ -479,7 +479,7 @@ impl<'a> View<'a> {
         }
         let short = if self.axes.x < self.axes.y { DVec2::X } else { DVec2::Y };
         // along sin + half across cos is parallel to the short axis
-        let centre = (half * self.across.perp_dot(short)).atan2(-self.along.perp_dot(short));
+        let centre = libm::atan2(half * self.across.perp_dot(short), -self.along.perp_dot(short));
         let centre = (centre + FRAC_PI_2).rem_euclid(PI) - FRAC_PI_2;
         let steps =
             std::iter::successors(Some(ratio), |step| Some(TURN_STEP * step)).take_while(|step| *step < FRAC_PI_2);
@@ -574,15 +574,15 @@ impl Slice {
     /// pi/2 + atan x, with all its digits where x is large and negative.
     fn elevation(&self) -> f64 {
         if self.x < 0.0 {
-            (-self.x.recip()).atan()
+            libm::atan(-self.x.recip())
         } else {
-            FRAC_PI_2 + self.x.atan()
+            FRAC_PI_2 + libm::atan(self.x)
         }
     }
 
     /// The angle at which n.i = 0: tan = exp(asinh x).
     fn horizon(&self) -> Polar {
-        let root = self.x.hypot(1.0);
+        let root = libm::hypot(self.x, 1.0);
         Polar::from_tan(if self.x < 0.0 {
             (root - self.x).recip()
         } else {

@@ -81,11 +81,27 @@ pub fn fill(plan: &TablePlan, progress: Progress<'_>) -> Result<Table, FillError
     Ok(best.ok_or_else(empty)?.checked()?)
 }
 
-fn fill_axes(plan: &TablePlan, axes: &[Axis], progress: Progress<'_>) -> Result<Table, FillError> {
-    let texels: Vec<Vec<f64>> = texels(axes);
-    let (estimates, shared) = integrals(plan, axes, &texels, plan.estimator, plan.effort, progress)?;
+/// The texels over `axes`, and the error between them.
+pub(super) fn fill_axes(plan: &TablePlan, axes: &[Axis], progress: Progress<'_>) -> Result<Table, FillError> {
+    let mut table = texels(plan, axes, progress)?;
+    if !axes.is_empty() {
+        table.between = Some(between(plan, &table, progress)?);
+    }
+    Ok(table)
+}
+
+/// Computes the texels of the table that `plan` asks for over `axes`, whatever axes the plan itself has in mind, and leaves
+/// the error between them open: a fraction of the work of [`fill`].
+///
+/// The axes have the parameters of the plan's, in the same order; mapping, rule and size are free.
+///
+/// # Errors
+/// [`FillError`] with the texel that failed.
+pub fn texels(plan: &TablePlan, axes: &[Axis], progress: Progress<'_>) -> Result<Table, FillError> {
+    let places = texel_places(axes);
+    let (estimates, shared) = integrals(plan, axes, &places, plan.estimator, plan.effort, progress)?;
     let estimator = estimates.first().map_or(plan.estimator, |estimate| estimate.estimator);
-    let mut table = Table {
+    let table = Table {
         id: plan.id.clone(),
         quantity: plan.quantity,
         lobe: plan.lobe,
@@ -106,22 +122,19 @@ fn fill_axes(plan: &TablePlan, axes: &[Axis], progress: Progress<'_>) -> Result<
         seed: plan.effort.seed,
         between: None,
     };
-    if !axes.is_empty() {
-        table.between = Some(between(plan, &table, progress)?);
-    }
-    Ok(table)
+    Ok(table.checked()?)
 }
 
 /// Axis values of every texel, in the order of the table.
-fn texels(axes: &[Axis]) -> Vec<Vec<f64>> {
-    let mut texels = vec![Vec::new()];
+fn texel_places(axes: &[Axis]) -> Vec<Vec<f64>> {
+    let mut places = vec![Vec::new()];
     for axis in axes.iter().rev() {
-        texels = texels
+        places = places
             .into_iter()
             .flat_map(|rest: Vec<f64>| (0..axis.size).map(move |i| [vec![axis.texel(i)], rest.clone()].concat()))
             .collect();
     }
-    texels
+    places
 }
 
 /// The integral at each place of `at`, and the evaluations that places of one roughness shared.
@@ -200,7 +213,7 @@ fn describe(axes: &[Axis], place: &[f64]) -> String {
 }
 
 /// A number that names the streams of a table: FNV-1a of its id, the same in every version.
-fn stable_hash(text: &str) -> u64 {
+pub(super) fn stable_hash(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     })

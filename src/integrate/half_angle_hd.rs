@@ -89,7 +89,7 @@ fn at_normal(bxdf: &HalfAngle) -> Integral {
         let middle = 0.5 * (ring[0] + ring[1]);
         let f = bxdf.at_seam(theta_h_cell(middle), theta_d_cell(middle));
         // 2 c^2 - 2 c^4 = sin^2(2 theta)/2, of which the difference is a product
-        let growth = 0.5 * (2.0 * (ring[1] + ring[0])).sin() * (2.0 * (ring[1] - ring[0])).sin();
+        let growth = 0.5 * libm::sin(2.0 * (ring[1] + ring[0])) * libm::sin(2.0 * (ring[1] - ring[0]));
         value += f * (2.0 * PI * growth);
     }
     Integral {
@@ -150,7 +150,7 @@ struct Point {
 
 impl Point {
     fn at(theta_h: Polar, x: f64, slope: f64) -> Self {
-        let (sin_x, cos_x) = x.sin_cos();
+        let (sin_x, cos_x) = libm::sincos(x);
         Self {
             theta_h,
             x,
@@ -178,7 +178,7 @@ impl View {
             mu,
             sin_o: polar.sin,
             theta_o,
-            sin_half: (0.5 * theta_o).sin(),
+            sin_half: libm::sin(0.5 * theta_o),
         }
     }
 
@@ -226,17 +226,17 @@ impl View {
         Some(match curve {
             Curve::Difference(j) => {
                 let d = Polar::from_angle(theta_d_edge(j));
-                let (sin, cos) = t.sin_cos();
+                let (sin, cos) = libm::sincos(t);
                 let along = self.sin_o * d.cos - self.mu * d.sin * cos;
                 let across = d.sin * sin;
-                let radius = along.hypot(across);
+                let radius = libm::hypot(along, across);
                 let theta_h = Polar {
                     sin: radius,
                     cos: self.mu * d.cos + self.sin_o * d.sin * cos,
                 };
                 Point {
                     theta_h,
-                    x: across.atan2(along),
+                    x: libm::atan2(across, along),
                     sin_x: if radius > 0.0 { across / radius } else { 0.0 },
                     cos_x: if radius > 0.0 { along / radius } else { 1.0 },
                     // theta_d grows with x: its side is an end of the lower cell, and sin theta_h dtheta_h = -dcos theta_h
@@ -248,20 +248,20 @@ impl View {
             //   sin p cos(phi_d/2) = cos v sin(theta_o/2),  sin q sin(phi_d/2) = sin v sin(theta_o/2),
             //   tan (x + psi)/2 = cos q sin(phi_d/2)/(cos p cos(phi_d/2))
             Curve::Azimuth(k) => {
-                let (sin_phi, cos_phi) = (0.5 * phi_d_edge(k)).sin_cos();
-                let (sin_v, cos_v) = t.sin_cos();
+                let (sin_phi, cos_phi) = libm::sincos(0.5 * phi_d_edge(k));
+                let (sin_v, cos_v) = libm::sincos(t);
                 let (ratio_p, ratio_q) = (self.sin_half / cos_phi, self.sin_half / sin_phi);
                 let (sin_p, sin_q) = (cos_v * ratio_p, sin_v * ratio_q);
                 if !(sin_p < 1.0 && sin_q.abs() < 1.0) {
                     return None;
                 }
                 let (cos_p, cos_q) = (Polar::from_cos(sin_p).sin, Polar::from_cos(sin_q).sin);
-                let theta_h = sin_p.asin() - sin_q.asin();
+                let theta_h = libm::asin(sin_p) - libm::asin(sin_q);
                 let theta_h_slope = -sin_v * ratio_p / cos_p - cos_v * ratio_q / cos_q;
-                let x = t + (cos_q * sin_phi).atan2(cos_p * cos_phi);
+                let x = t + libm::atan2(cos_q * sin_phi, cos_p * cos_phi);
                 let theta_h = Polar {
                     sin: sin_p * cos_q - cos_p * sin_q,
-                    cos: theta_h.cos(),
+                    cos: libm::cos(theta_h),
                 };
                 // for theta_h < theta_o phi_d grows with x, while theta_h falls with v
                 Point::at(theta_h, x, theta_h.sin * theta_h_slope)
@@ -272,10 +272,10 @@ impl View {
             }
             // n.i = 0 is cos x = -cot theta_o cot 2 theta_h
             Curve::Horizon => {
-                let (sin, cos) = t.sin_cos();
+                let (sin, cos) = libm::sincos(t);
                 let theta_h = Polar::from_angle(FRAC_PI_4 - 0.5 * self.theta_o * cos);
-                let cos_x = -self.mu / self.sin_o * (self.theta_o * cos).tan();
-                let x = cos_x.clamp(-1.0, 1.0).acos();
+                let cos_x = -self.mu / self.sin_o * libm::tan(self.theta_o * cos);
+                let x = libm::acos(cos_x.clamp(-1.0, 1.0));
                 Point::at(theta_h, x, theta_h.sin * (0.5 * self.theta_o) * sin)
             }
         })
@@ -290,10 +290,10 @@ impl View {
             return None;
         }
         let y = self.sin_o * point.sin_x;
-        let phi_d = y.atan2(c * self.sin_o * point.cos_x - s * self.mu);
+        let phi_d = libm::atan2(y, c * self.sin_o * point.cos_x - s * self.mu);
         Some([
-            theta_h_cell(s.atan2(c)),
-            theta_d_cell(cos_d.clamp(0.0, 1.0).acos()),
+            theta_h_cell(libm::atan2(s, c)),
+            theta_d_cell(libm::acos(cos_d.clamp(0.0, 1.0))),
             phi_d_cell(phi_d),
         ])
     }
@@ -307,11 +307,11 @@ impl View {
             Curve::Difference(j) => {
                 let d = Polar::from_angle(theta_d_edge(j));
                 let horizon = 0.5 * self.mu / d.cos; // n.h where n.i = 0
-                for cos_h in theta_h_edges().map(f64::cos).chain([horizon]) {
-                    end(((cos_h - self.mu * d.cos) / (self.sin_o * d.sin)).acos());
+                for cos_h in theta_h_edges().map(libm::cos).chain([horizon]) {
+                    end(libm::acos((cos_h - self.mu * d.cos) / (self.sin_o * d.sin)));
                 }
                 // cos theta_d cos psi = sin theta_d cot theta_o - sin psi cot(pi - phi_d)
-                for (sin_phi, cos_phi) in phi_d_edges().map(f64::sin_cos) {
+                for (sin_phi, cos_phi) in phi_d_edges().map(libm::sincos) {
                     let (along, across) = (self.sin_o * d.cos * sin_phi, -self.sin_o * cos_phi);
                     solve(along, across, self.mu * d.sin * sin_phi)
                         .into_iter()
@@ -319,16 +319,16 @@ impl View {
                 }
             }
             Curve::Azimuth(k) => {
-                let (sin_phi, cos_phi) = (0.5 * phi_d_edge(k)).sin_cos();
-                let cos_angle = -phi_d_edge(k).cos();
+                let (sin_phi, cos_phi) = libm::sincos(0.5 * phi_d_edge(k));
+                let cos_angle = -libm::cos(phi_d_edge(k));
                 // cos theta_o = cos theta_d cos theta_h + sin theta_d sin theta_h cos(pi - phi_d)
                 let other = |side: f64| {
-                    let (sin, cos) = side.sin_cos();
+                    let (sin, cos) = libm::sincos(side);
                     solve(cos, sin * cos_angle, self.mu)
                 };
                 let mut meet = |theta_d: f64, theta_h: f64| {
                     let (p, q) = (0.5 * (theta_d + theta_h), 0.5 * (theta_d - theta_h));
-                    end((q.sin() * sin_phi).atan2(p.sin() * cos_phi));
+                    end(libm::atan2(libm::sin(q) * sin_phi, libm::sin(p) * cos_phi));
                 };
                 for theta_d in theta_d_edges() {
                     other(theta_d).into_iter().for_each(|theta_h| meet(theta_d, theta_h));
@@ -339,8 +339,8 @@ impl View {
                 // n.i = 0 is 2 cos theta_d cos theta_h = cos theta_o, or sin^2 p + sin^2 q = 1/2 + sin^2(theta_o/2)
                 let square = self.sin_half * self.sin_half;
                 let (by_p, by_q) = ((cos_phi * cos_phi).recip(), (sin_phi * sin_phi).recip());
-                let horizon = (((0.5 + square) / square - by_p) / (by_q - by_p)).sqrt().asin();
-                let extent = (cos_phi / self.sin_half).acos();
+                let horizon = libm::asin((((0.5 + square) / square - by_p) / (by_q - by_p)).sqrt());
+                let extent = libm::acos(cos_phi / self.sin_half);
                 [horizon, -horizon, extent, -extent].into_iter().for_each(&mut end);
                 // cos^2 p = turn^2 + r^2 sin^2 v with r = sin(theta_o/2)/cos(phi_d/2): where turn is small, for o and h at the
                 // horizon, p turns within that width, and is split in steps of its own size
@@ -360,19 +360,19 @@ impl View {
                 theta_d_edges().for_each(|theta_d| end(theta_d - self.theta_o));
             }
             Curve::Horizon => {
-                let mut meet = |theta_h: f64| end(((FRAC_PI_2 - 2.0 * theta_h) / self.theta_o).acos());
+                let mut meet = |theta_h: f64| end(libm::acos((FRAC_PI_2 - 2.0 * theta_h) / self.theta_o));
                 theta_h_edges().for_each(&mut meet);
-                theta_d_edges().for_each(|theta_d| meet((0.5 * self.mu / theta_d.cos()).acos()));
+                theta_d_edges().for_each(|theta_d| meet(libm::acos(0.5 * self.mu / libm::cos(theta_d))));
                 // with i = (cos alpha, sin alpha, 0): tan^2 phi_d = 2 sin_o^2 sin^2 alpha/(mu^2 (1 + sin_o cos alpha)) and
                 // z = 2 (n.h)^2 = mu^2/(1 + sin_o cos alpha), so that
                 //   2 cos^2 phi z^2 + (mu^2 sin^2 phi - 4 cos^2 phi) z + 2 mu^2 cos^2 phi = 0
                 let mu_2 = self.mu * self.mu;
-                for cos_2 in phi_d_edges().map(|phi| phi.cos().powi(2)) {
+                for cos_2 in phi_d_edges().map(|phi| libm::cos(phi).powi(2)) {
                     let middle = mu_2 * (1.0 - cos_2) - 4.0 * cos_2;
                     let root = (middle * middle - 16.0 * mu_2 * cos_2 * cos_2).sqrt();
                     let sum = -0.5 * (middle + root.copysign(middle));
                     for z in [0.5 * sum / cos_2, 2.0 * mu_2 * cos_2 / sum] {
-                        meet((0.5 * z).sqrt().acos());
+                        meet(libm::acos((0.5 * z).sqrt()));
                     }
                 }
             }
@@ -400,7 +400,10 @@ impl View {
 
 /// The solutions t of along cos t + across sin t = level; NaN where there are none.
 fn solve(along: f64, across: f64, level: f64) -> [f64; 2] {
-    let (middle, reach) = (across.atan2(along), (level / along.hypot(across)).acos());
+    let (middle, reach) = (
+        libm::atan2(across, along),
+        libm::acos(level / libm::hypot(along, across)),
+    );
     [middle - reach, middle + reach]
 }
 

@@ -37,7 +37,7 @@ pub(super) fn rho_hh(bxdf: &HalfAngle, tolerance: f64) -> Result<Integral, Integ
     let cos_2: Vec<f64> = (0..half)
         .map(|k| cos_squared(phi_d_edge(k), phi_d_edge(k + 1)))
         .collect();
-    let cos: Vec<f64> = (0..=half).map(|k| phi_d_edge(k).cos()).collect();
+    let cos: Vec<f64> = (0..=half).map(|k| libm::cos(phi_d_edge(k))).collect();
     for i in 0..THETA_H_CELLS {
         let theta_h = [theta_h_edge(i), theta_h_edge(i + 1)];
         let (c2_h, s2_h) = half_angle_moments(theta_h);
@@ -45,11 +45,11 @@ pub(super) fn rho_hh(bxdf: &HalfAngle, tolerance: f64) -> Result<Integral, Integ
             let theta_d = [theta_d_edge(j), theta_d_edge(j + 1)];
             let (c2_d, s2_d) = difference_angle_moments(theta_d);
             // n.o and n.i are positive where tan theta_h tan theta_d cos phi_d < 1
-            let least = theta_h[0].tan() * theta_d[0].tan();
+            let least = libm::tan(theta_h[0]) * libm::tan(theta_d[0]);
             let most = if i + 1 == THETA_H_CELLS || j + 1 == THETA_D_CELLS {
                 f64::INFINITY
             } else {
-                theta_h[1].tan() * theta_d[1].tan()
+                libm::tan(theta_h[1]) * libm::tan(theta_d[1])
             };
             for k in 0..half {
                 if least * cos[k + 1] >= 1.0 {
@@ -78,21 +78,21 @@ pub(super) fn rho_hh(bxdf: &HalfAngle, tolerance: f64) -> Result<Integral, Integ
 
 /// int cos^2 phi dphi.
 fn cos_squared(from: f64, to: f64) -> f64 {
-    0.5 * ((to - from) + (to - from).sin() * (to + from).cos())
+    0.5 * ((to - from) + libm::sin(to - from) * libm::cos(to + from))
 }
 
 /// int sin theta cos^2 theta dtheta and int sin^3 theta dtheta, the difference of cosines as a product.
 fn half_angle_moments([from, to]: [f64; 2]) -> (f64, f64) {
-    let (a, b) = (from.cos(), to.cos());
-    let width = 2.0 * (0.5 * (from + to)).sin() * (0.5 * (to - from)).sin();
+    let (a, b) = (libm::cos(from), libm::cos(to));
+    let width = 2.0 * libm::sin(0.5 * (from + to)) * libm::sin(0.5 * (to - from));
     let mean = (a * a + a * b + b * b) / 3.0;
     (width * mean, width * (1.0 - mean))
 }
 
 /// int sin theta cos^3 theta dtheta and int sin^3 theta cos theta dtheta, differences as products.
 fn difference_angle_moments([from, to]: [f64; 2]) -> (f64, f64) {
-    let width = (from + to).sin() * (to - from).sin(); // cos^2 from - cos^2 to
-    let cos_2 = 0.5 * (from.cos().powi(2) + to.cos().powi(2));
+    let width = libm::sin(from + to) * libm::sin(to - from); // cos^2 from - cos^2 to
+    let cos_2 = 0.5 * (libm::cos(from).powi(2) + libm::cos(to).powi(2));
     (0.5 * width * cos_2, 0.5 * width * (1.0 - cos_2))
 }
 
@@ -148,7 +148,7 @@ impl Strip {
         let mut evaluations = 0;
         let mut worst: f64 = 0.0;
         let outer = interval(self.theta_d[0], self.theta_d[1], level, |theta_d| {
-            let (sin_d, cos_d) = theta_d.sin_cos();
+            let (sin_d, cos_d) = libm::sincos(theta_d);
             // above the horizon for all phi_d up to the first of these, for none from the second on
             let [first, second] = self.phi_d.map(|phi_d| horizon(theta_d, phi_d));
             let [from, to] = self.theta_h;
@@ -157,7 +157,7 @@ impl Strip {
             for (from, to) in [whole, cut] {
                 if from < to {
                     let inner = interval(from, to, level, |theta_h| {
-                        self.azimuth_integral(theta_h.sin_cos(), (sin_d, cos_d))
+                        self.azimuth_integral(libm::sincos(theta_h), (sin_d, cos_d))
                     });
                     value += inner.value;
                     difference += inner.difference;
@@ -183,7 +183,7 @@ impl Strip {
         let start = if product_c >= product_s {
             0.0
         } else {
-            (product_c / product_s).clamp(0.0, 1.0).acos().min(FRAC_PI_2)
+            libm::acos((product_c / product_s).clamp(0.0, 1.0)).min(FRAC_PI_2)
         };
         let from = self.phi_d[0].max(start);
         let to = self.phi_d[1];
@@ -197,8 +197,8 @@ impl Strip {
 
 /// The one of theta_h and theta_d that puts the horizon at phi_d, given the other: tan theta_h tan theta_d cos phi_d = 1.
 fn horizon(other: f64, phi_d: f64) -> f64 {
-    let (sin, cos) = other.sin_cos();
-    cos.atan2(sin * phi_d.cos())
+    let (sin, cos) = libm::sincos(other);
+    libm::atan2(cos, sin * libm::cos(phi_d))
 }
 
 #[cfg(test)]

@@ -70,7 +70,7 @@ impl LobeIntegral<'_> {
         mut inner: impl FnMut(Polar, f64) -> Result<Integral, NotConverged>,
     ) -> Result<Integral, IntegrateError> {
         // as a difference of logarithms: the quotient may overflow
-        let q_tail = (2.0 * (self.bound.ln() - (TAIL_SHARE * self.tolerance).ln()).max(1.0)).sqrt();
+        let q_tail = (2.0 * (libm::log(self.bound) - libm::log(TAIL_SHARE * self.tolerance)).max(1.0)).sqrt();
         let q_at = |theta: Polar| (2.0 * self.distribution.exposure(theta)).sqrt();
         let q_end = self.end.map_or(f64::INFINITY, q_at);
         let q_max = q_tail.min(q_end);
@@ -104,7 +104,7 @@ impl LobeIntegral<'_> {
         let mut evaluations = 0;
         let mut failure = None;
         let outer = integrate(&pieces, OUTER_SHARE * self.tolerance, NODE_LIMIT, |q| {
-            let weight = q * (-0.5 * q * q).exp();
+            let weight = q * libm::exp(-0.5 * q * q);
             // half of the inner share spread over the mass, half over the length: either way it adds up to the share
             let allowed = 0.5 * INNER_SHARE * self.tolerance * (1.0 + (q_max * weight).recip());
             match inner(self.distribution.at_exposure(0.5 * q * q), allowed) {
@@ -119,7 +119,7 @@ impl LobeIntegral<'_> {
             }
         });
         let tail = if q_tail < q_end {
-            (-0.5 * q_tail * q_tail).exp()
+            libm::exp(-0.5 * q_tail * q_tail)
         } else {
             0.0
         };
@@ -142,13 +142,13 @@ pub(super) fn pieces((from, start): (f64, Kink), (to, end): (f64, Kink)) -> Vec<
     if from == 0.0 || to <= LOGARITHMIC_RATIO * from {
         return vec![Piece::kinked(from, to, start.above, end.below)];
     }
-    let log = (to / from).ln();
+    let log = libm::log(to / from);
     let count = (log / LONGEST_LOG).ceil().max(1.0) as usize;
     let at = |i: usize| {
         if i == count {
             to
         } else {
-            from * (log * i as f64 / count as f64).exp()
+            from * libm::exp(log * i as f64 / count as f64)
         }
     };
     (0..count)

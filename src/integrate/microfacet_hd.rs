@@ -11,7 +11,7 @@
 //!   plane of incidence, simple fractions of the elevation beta = pi/2 - theta_o.
 
 use super::lobe::{Kink, LobeIntegral, NODE_LIMIT};
-use super::segment::{Segment, azimuth_mean};
+use super::segment::{Place, Segment, azimuth_mean, mean_between};
 use super::{IntegrateError, UNMASKED};
 use crate::bxdf::Microfacet;
 use crate::distribution::Isotropic;
@@ -39,7 +39,7 @@ pub(super) fn rho_hd(
     let lobe = LobeIntegral {
         distribution,
         kinks: &kinks,
-        end: (mu > 0.0).then(|| at_elevation(0.5 * mu.asin())),
+        end: (mu > 0.0).then(|| at_elevation(0.5 * libm::asin(mu))),
         // w <= 2 for grooves; unmasked (n.o) t <= n.o + tan theta_h, largest at the end
         bound: if grooves { 2.0 } else { 2.0 + 2.0 / mu },
         pole_bound: 2.0,
@@ -52,7 +52,7 @@ pub(super) fn rho_hd(
         Fresnel::None => {
             // what is lost, 1 - rho, keeps its digits where rho is close to 1
             let whole = LobeIntegral { end: None, ..lobe };
-            let lost = whole.integrate(|theta, _| Ok(one(azimuth.lost(theta))))?;
+            let lost = whole.integrate(|theta, _| Ok(one(DVec3::splat(azimuth.lost(theta)))))?;
             Ok(lost.complement().scaled(microfacet.reflectance.value()))
         }
         _ => lobe.integrate(|theta, allowed| azimuth.reflected(theta, microfacet, &edges, allowed)),
@@ -72,7 +72,7 @@ fn unmasked(
     let lobe = LobeIntegral { tolerance, ..lobe };
     let product = match microfacet.fresnel {
         Fresnel::None => {
-            let integral = lobe.integrate(|theta, _| Ok(one(azimuth_mean(azimuth.segments(theta)))))?;
+            let integral = lobe.integrate(|theta, _| Ok(one(DVec3::splat(azimuth_mean(azimuth.segments(theta))))))?;
             integral.scaled(microfacet.reflectance.value())
         }
         _ => lobe.integrate(|theta, allowed| azimuth.reflected(theta, microfacet, edges, allowed))?,
@@ -109,7 +109,7 @@ fn one(value: DVec3) -> Integral {
 /// o.h = 2 (n.h)(n.i), o.h = 2 (n.h)(n.o) and n.i = n.o, where half powers remain on both sides. Without masking w grows
 /// like 1/(n.h) until n.h is of the order of mu: the approach is split too.
 fn kinks(mu: f64, masking: Masking, edges: &[Edge]) -> Vec<Kink> {
-    let beta = mu.asin();
+    let beta = libm::asin(mu);
     let theta_o = FRAC_PI_2 - beta;
     let enters = |theta| Kink {
         theta: Polar::from_angle(theta),
@@ -149,7 +149,7 @@ fn kinks(mu: f64, masking: Masking, edges: &[Edge]) -> Vec<Kink> {
         );
     }
     for edge in edges {
-        let theta_e = edge.cos.acos();
+        let theta_e = libm::acos(edge.cos);
         let reached = [(theta_o - theta_e).abs(), theta_o + theta_e];
         kinks.extend(reached.map(|theta| Kink {
             theta: at(theta),
@@ -258,23 +258,17 @@ impl Azimuth {
     ///
     /// The mean of t over the circle is 1, so 1 - W is also the mean of t - w, whose segments do not cancel as long as
     /// t stays positive, tau <= 1; it vanishes exactly where no kink is on the circle.
-    fn lost(&self, theta: Polar) -> DVec3 {
+    fn lost(&self, theta: Polar) -> f64 {
         let tau = self.tau(theta);
         if tau > 1.0 {
-            return DVec3::ONE - azimuth_mean(self.segments(theta));
+            return 1.0 - azimuth_mean(self.segments(theta));
         }
         let [horizon, rising, level] = self.breaks(theta);
+        let [horizon, rising, level] = [horizon, rising.max(horizon), level].map(Place::at);
         let square = 4.0 * theta.cos * theta.cos;
-        let differences = [
-            (-1.0, horizon, (1.0, tau)),
-            (horizon, rising, (3.0 - square, tau * (1.0 - square))),
-            (level, 1.0, (-1.0, tau)),
-        ];
-        azimuth_mean(
-            differences
-                .into_iter()
-                .filter_map(|(from, to, line)| Segment::clipped(from, to, -1.0, line)),
-        )
+        mean_between(Place::FIRST, horizon, (1.0, tau))
+            + mean_between(horizon, rising, (3.0 - square, tau * (1.0 - square)))
+            + mean_between(level, Place::LAST, (-1.0, tau))
     }
 
     /// Any F: (1/pi) int R F(o.h) w dphi, segment by segment.
@@ -304,7 +298,7 @@ impl Azimuth {
             let (from, to) = segment.psi();
             let inside = edges.iter().filter(|(x, _)| *x > segment.from && *x < segment.to);
             let mut start = (from, false);
-            for end in inside.map(|(x, kink)| (x.asin(), *kink)).chain([(to, false)]) {
+            for end in inside.map(|(x, kink)| (libm::asin(*x), *kink)).chain([(to, false)]) {
                 let piece = Piece::kinked(start.0, end.0, start.1, end.1);
                 pieces.push(if thin { piece.thin() } else { piece });
                 start = end;
@@ -314,12 +308,12 @@ impl Azimuth {
         let in_plane = self.sin_o * theta.cos - self.mu * theta.sin;
         let closest = in_plane * in_plane / (1.0 + mean + amplitude);
         let mut integral = integrate(&pieces, (allowed - skipped).max(0.5 * allowed), NODE_LIMIT, |psi| {
-            let x = psi.sin();
+            let x = libm::sin(psi);
             let line = lines.iter().find(|line| x <= line.to).or(lines.last());
             let weight = line.map_or(0.0, |line| line.at(x).max(0.0));
             let cos_d = (mean + amplitude * x).clamp(0.0, 1.0);
             // versin theta_d = versin(theta_o - theta_h) + amplitude (1 - x), with 1 - sin psi as a square
-            let half = (FRAC_PI_4 - 0.5 * psi).sin();
+            let half = libm::sin(FRAC_PI_4 - 0.5 * psi);
             let theta_d = Polar::from_versine((closest + 2.0 * amplitude * half * half).min(1.0), cos_d);
             Bounded::exact(microfacet.facet_reflectance_at(theta_d) * (FRAC_1_PI * weight))
         })?;

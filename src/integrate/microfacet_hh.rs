@@ -81,7 +81,7 @@ fn integrate_lobe(
         },
     ];
     for edge in edges {
-        let delta = edge.cos.asin();
+        let delta = libm::asin(edge.cos);
         kinks.extend([delta, 0.5 * delta, 0.5 * (PI - delta)].map(|theta| Kink {
             theta: Polar::from_angle(theta),
             below: edge.kink,
@@ -112,7 +112,7 @@ fn inner(
     let mirror = (2.0 * angle).min(PI - 2.0 * angle);
     // entering kinks leave 3/2 powers above them; an edge of F is a square root on its steep side, below delta = asin(edge)
     let mut cuts = vec![(0.0, false), (angle, true), (mirror, true), (end, false)];
-    cuts.extend(edges.iter().map(|edge| (edge.cos.asin(), edge.kink)));
+    cuts.extend(edges.iter().map(|edge| (libm::asin(edge.cos), edge.kink)));
     cuts.retain(|(cut, _)| *cut <= end);
     cuts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let pieces: Vec<Piece> = cuts

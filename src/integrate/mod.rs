@@ -4,6 +4,7 @@
 //! and in [`monte_carlo`] form; [`Integrator`] chooses between them.
 
 mod between;
+pub mod choice;
 mod coordinates;
 mod coupled;
 pub mod deterministic;
@@ -18,17 +19,21 @@ mod microfacet_hd;
 mod microfacet_hh;
 pub mod monte_carlo;
 mod parts;
+mod profile;
 mod sampled;
+pub mod seen;
 mod segment;
 mod smith_hd;
 mod target;
+mod within;
 
 pub use coordinates::Coordinates;
 pub use coupled::coupled_bxdf;
-pub use fill::{FillError, Progress, fill, work};
+pub use fill::{FillError, Progress, fill, texels, work};
 pub use integrator::Integrator;
 pub use sampled::sampled;
 pub use target::{Angles, Target};
+pub use within::{Filled, fill_within};
 
 pub use crate::estimate::{Effort, ErrorKind, Estimate, Estimator, Lobe};
 

@@ -14,7 +14,7 @@ pub fn sampled(model: &Model) -> Result<Box<dyn Bxdf + '_>, IntegrateError> {
 fn couple(coupled: &DiffuseSpecular) -> Result<Box<dyn Bxdf + '_>, IntegrateError> {
     if coupled.specular().is_irregular() {
         return Err(IntegrateError::Unsupported {
-            estimator: Estimator::MonteCarlo(Sampling::Bxdf),
+            estimator: Estimator::random(Sampling::Bxdf),
             reason: "between directions the albedo of irregular samples is not known well enough; use auto",
         });
     }

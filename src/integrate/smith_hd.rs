@@ -145,7 +145,7 @@ impl Layer {
         let ratio = alpha / mu;
         // the longest range ends at T = (1 + sin theta_o)/mu
         let reach = (1.0 + constants.sin_o) / (alpha * mu);
-        let length = (reach + reach.hypot(1.0)).ln().min(constants.end);
+        let length = libm::log(reach + libm::hypot(reach, 1.0)).min(constants.end);
         match constants.slopes {
             Slopes::Ggx => Self {
                 weight: 2.0 / 3.0 * ratio * (alpha * alpha + ratio * ratio),
@@ -197,7 +197,7 @@ pub(super) fn rho_hd(microfacet: &Microfacet, mu: f64, tolerance: f64) -> Option
         return None;
     }
     let constants = constants(slopes, correlated, alpha, mu, TAIL_SHARE * tolerance);
-    let depth = ((1.0 + constants.sin_o) / mu).ln();
+    let depth = libm::log((1.0 + constants.sin_o) / mu);
     let fixed = TAIL_SHARE * tolerance + ROUNDING;
     let share = (tolerance - fixed) / 2.0;
     let layer = Layer::new(&constants);
@@ -276,13 +276,13 @@ fn constants(slopes: Slopes, correlated: bool, alpha: f64, mu: f64, allowed: f64
     let across = alpha * sin_o;
     let (seen, other, end) = match slopes {
         Slopes::Ggx => {
-            let root = mu.hypot(across);
+            let root = libm::hypot(mu, across);
             let seen = 0.5 * (mu + root);
             let power = (8.0 * mu / (seen * allowed)).sqrt();
             (
                 seen,
                 root,
-                power.max(8.0 * across / (PI * seen * allowed)).max(2.0).ln(),
+                libm::log(power.max(8.0 * across / (PI * seen * allowed)).max(2.0)),
             )
         }
         Slopes::Gaussian => {
@@ -293,7 +293,11 @@ fn constants(slopes: Slopes, correlated: bool, alpha: f64, mu: f64, allowed: f64
             };
             let seen = mu + hidden;
             let bound = (mu + 3.4 * across) / seen;
-            (seen, seen, alpha * (bound.ln() - allowed.ln()).max(1.0).sqrt())
+            (
+                seen,
+                seen,
+                alpha * (libm::log(bound) - libm::log(allowed)).max(1.0).sqrt(),
+            )
         }
     };
     // the half of GGX is S, of which (S - n.i)/2 is the hidden area

@@ -2,6 +2,7 @@
 //!
 //! Directions lie above the surface; callers flip those below it.
 
+pub(crate) mod lanes;
 mod smith;
 #[cfg(test)]
 mod tests;

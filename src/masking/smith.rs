@@ -55,7 +55,7 @@ impl Smith {
     /// t = hypot(a_x w.x, a_y w.y), the sine of w as the round distribution sees it, for a cosine that is kept.
     fn sine(&self, w: DVec3) -> f64 {
         let stretched = self.axes * w.truncate();
-        stretched.x.hypot(stretched.y)
+        libm::hypot(stretched.x, stretched.y)
     }
 
     /// int D(h) max(0, -w.h) dh = (n.w) Lambda(w), for w with n.w = `cos` in [0, 1].
@@ -70,7 +70,7 @@ impl Smith {
         }
         match self.shape {
             Shape::Gaussian => 0.5 * t * ierfc(cos / t),
-            Shape::Ggx => 0.5 * t * (t / (cos + cos.hypot(t))),
+            Shape::Ggx => 0.5 * t * (t / (cos + libm::hypot(cos, t))),
         }
     }
 

@@ -6,6 +6,7 @@
 //! from o', and to stretch its slopes.
 
 use super::smith::{Shape, Smith};
+use crate::geometry::at_azimuth;
 use crate::numerics::gaussian::{HALF_STEP, exp_minus_square, ierfc, quantile};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_2_SQRT_PI, TAU};
@@ -35,7 +36,7 @@ fn sphere_visible(wo: DVec3, u: [f64; 2]) -> DVec3 {
     let whole = 1.0 + wo.z;
     let short = (wo.x * wo.x + wo.y * wo.y) / whole; // 1 - wo.z
     let sin = (u[0] * whole * (2.0 * (1.0 - u[0]) + u[0] * short)).sqrt();
-    let around = DVec2::from_angle(TAU * u[1]) * sin;
+    let around = at_azimuth(TAU * u[1]) * sin;
     (wo.truncate() + around).extend((1.0 - u[0]) * whole)
 }
 
@@ -44,7 +45,7 @@ fn sphere_visible(wo: DVec3, u: [f64; 2]) -> DVec3 {
 /// The normal of the slopes (x, y), the first along the azimuth of wo, is along (-x, -y, 1). With n.o = cos and the sine of
 /// wo, the density of slopes that wo sees is proportional to max(0, cos - x sin) e^(-x^2) e^(-y^2): y is Gaussian.
 fn gaussian_visible(wo: DVec3, u: [f64; 2]) -> DVec3 {
-    let sin = wo.x.hypot(wo.y);
+    let sin = libm::hypot(wo.x, wo.y);
     let azimuth = if sin > 0.0 { wo.truncate() / sin } else { DVec2::X };
     let slopes = DVec2::new(visible_slope(wo.z, sin, u[0]), quantile(u[1]));
     (-azimuth.rotate(slopes)).extend(1.0)
@@ -80,7 +81,7 @@ pub(super) fn visible_slope(cos: f64, sin: f64, u: f64) -> f64 {
     };
     let (mut low, mut high) = (-STEEPEST, end.min(STEEPEST));
     let share = cos / (cos + START * sin);
-    let mut x = share * quantile(u) - (1.0 - share) * (-u.ln()).sqrt();
+    let mut x = share * quantile(u) - (1.0 - share) * (-libm::log(u)).sqrt();
     if x >= high {
         x = 0.5 * (low + high);
     }

@@ -172,7 +172,7 @@ impl IrregularSamples {
         let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
         for (d2, i) in found {
             if d2 < radius2 {
-                let weight = (-FALLOFF * d2).exp();
+                let weight = libm::exp(-FALLOFF * d2);
                 sum += weight * self.samples[*i as usize].f;
                 weights += weight;
             }
@@ -209,8 +209,8 @@ pub(crate) fn remap(wo: DVec3, wi: DVec3) -> Point {
         }
     };
     let ((xo, yo), (xi, yi)) = (plane(wo), plane(wi));
-    let dphi = (xo * yi - yo * xi).abs().atan2(xo * xi + yo * yi);
-    let (sin_o, sin_i) = (wo.x.hypot(wo.y), wi.x.hypot(wi.y));
+    let dphi = libm::atan2((xo * yi - yo * xi).abs(), xo * xi + yo * yi);
+    let (sin_o, sin_i) = (libm::hypot(wo.x, wo.y), libm::hypot(wi.x, wi.y));
     [sin_i * sin_o, dphi * FRAC_1_PI, (wi.z * wo.z).abs()]
 }
 
@@ -315,10 +315,10 @@ fn sample(record: &[f64], weights: &RgbWeights) -> Sample {
     let dphi = if dphi > PI { TAU - dphi } else { dphi };
     Sample {
         at: on_grid([
-            theta_i.sin() * theta_o.sin(),
+            libm::sin(theta_i) * libm::sin(theta_o),
             dphi * FRAC_1_PI,
             // the slack of the angles may take a cosine below 0
-            (theta_i.cos() * theta_o.cos()).max(0.0),
+            (libm::cos(theta_i) * libm::cos(theta_o)).max(0.0),
         ]),
         f: DVec3::from_array(weights.to_rgb(&record[4..])),
     }

@@ -87,7 +87,7 @@ pub fn directions(theta_h: f64, theta_d: f64, phi_d: f64) -> (DVec3, DVec3) {
     let (h, d) = (Polar::from_angle(theta_h), Polar::from_angle(theta_d));
     let along = d.cos * DVec3::new(h.sin, 0.0, h.cos);
     let x_h = DVec3::new(h.cos, 0.0, -h.sin);
-    let across = d.sin * (phi_d.cos() * x_h + phi_d.sin() * DVec3::Y);
+    let across = d.sin * (libm::cos(phi_d) * x_h + libm::sin(phi_d) * DVec3::Y);
     (along - across, along + across)
 }
 

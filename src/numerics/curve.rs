@@ -56,7 +56,7 @@ impl Curve {
     ) -> Result<(), E> {
         let mut values = [DVec3::ZERO; ORDER];
         for (j, value) in values.iter_mut().enumerate() {
-            let x = (PI * (j as f64 + 0.5) / ORDER as f64).cos();
+            let x = libm::cos(PI * (j as f64 + 0.5) / ORDER as f64);
             let at = f(from + 0.5 * (to - from) * (1.0 + x))?;
             *value = at.value;
             *inherited = inherited.max(at.error.max_element());
@@ -65,7 +65,7 @@ impl Curve {
         for (k, coefficient) in coefficients.iter_mut().enumerate() {
             let scale = if k == 0 { 1.0 } else { 2.0 } / ORDER as f64;
             for (j, value) in values.iter().enumerate() {
-                *coefficient += scale * (PI * k as f64 * (j as f64 + 0.5) / ORDER as f64).cos() * *value;
+                *coefficient += scale * libm::cos(PI * k as f64 * (j as f64 + 0.5) / ORDER as f64) * *value;
             }
         }
         // the last quarter of the coefficients stands in for all that were cut off, which also alias onto the kept ones;

@@ -39,14 +39,14 @@ pub fn ierfc(x: f64) -> f64 {
 static WEIGHTS: std::sync::LazyLock<[(f64, f64); NODES]> = std::sync::LazyLock::new(|| {
     std::array::from_fn(|k| {
         let t = (k + 1) as f64 * STEP;
-        (t * t, t * t * (-t * t).exp())
+        (t * t, t * t * libm::exp(-t * t))
     })
 });
 
 /// e^(-x^2), with what the square loses by rounding put back: the exponential would multiply it by x^2.
 pub fn exp_minus_square(x: f64) -> f64 {
     let square = x * x;
-    let gauss = (-square).exp();
+    let gauss = libm::exp(-square);
     if gauss == 0.0 {
         return 0.0;
     }

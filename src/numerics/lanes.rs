@@ -27,6 +27,25 @@ pub fn exp(x: f64) -> f64 {
     series * power
 }
 
+/// e^x - 1 to 4e-16 of its value, for x as of [`exp`].
+#[inline(always)]
+pub fn exp_m1(x: f64) -> f64 {
+    let x = x.clamp(-708.0, 709.0);
+    let rounded = x * LOG2_E + ROUNDER;
+    let n = rounded - ROUNDER;
+    let r = (x - n * LN_2_HIGH) - n * LN_2_LOW;
+    let power = f64::from_bits(rounded.to_bits().wrapping_add(1023) << 52);
+    // for n = 0 the power is 1 and nothing cancels
+    power * (r + r * r * polynomial(r, EXP)) + (power - 1.0)
+}
+
+/// ln(a + b) for a >= |b|, a + b normal and positive, with what their sum loses by rounding put back.
+#[inline(always)]
+pub fn ln_sum(a: f64, b: f64) -> f64 {
+    let sum = a + b;
+    ln(sum) + ((a - sum) + b) / sum
+}
+
 /// 1/2! to 1/13!.
 const EXP: [f64; 12] = [
     1.0 / 2.0,
@@ -43,7 +62,7 @@ const EXP: [f64; 12] = [
     1.0 / 6_227_020_800.0,
 ];
 
-/// c[0] + c[1] x + c[2] x^2 + ..., by Horner's rule.
+/// c_0 + c_1 x + c_2 x^2 + ..., by Horner's rule.
 #[inline(always)]
 pub fn polynomial<const N: usize>(x: f64, c: [f64; N]) -> f64 {
     let mut sum = 0.0;
@@ -195,6 +214,11 @@ mod tests {
             assert!((exp(x) / x.exp() - 1.0).abs() < 1e-15, "{x}"); // half a unit of either, and the rounding of r
             let x = 2.0 * u - 1.0;
             assert!((exp(x) / x.exp() - 1.0).abs() < 5e-16, "{x}");
+            for x in [x, 40.0 * x, 1e-9 * x] {
+                assert!((exp_m1(x) / x.exp_m1() - 1.0).abs() < 1e-15, "{x}");
+                let x = -w * 10f64.powf(-15.0 * v);
+                assert!((ln_sum(1.0, x) / x.ln_1p() - 1.0).abs() < 1e-15, "{x}");
+            }
             let y = (1400.0 * v - 700.0).exp();
             assert!((ln(y) - y.ln()).abs() <= 4e-16 * y.ln().abs().max(1.0), "{y}");
             let y = 1.0 + 1e-3 * (v - 0.5);

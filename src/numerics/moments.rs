@@ -1,6 +1,7 @@
 //! Running mean and variance, merged in a fixed order, and the confidence interval that they support.
 
 use glam::DVec3;
+use multiversion::multiversion;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// Count, mean, variance and largest size of a stream of values, per channel.
@@ -24,6 +25,30 @@ impl Moments {
         self.mean += delta / n;
         self.m2 += delta * (value - self.mean);
         self.largest = self.largest.max(value.abs());
+    }
+
+    /// The moments of a block of values: one slice for all channels, or one for each of three.
+    ///
+    /// In two passes, so that squares of deviations are added and not differences of squares [Chan et al. 1983].
+    pub fn of(channels: &[&[f64]]) -> Self {
+        let mut block = Self {
+            count: channels[0].len() as u64,
+            ..Self::default()
+        };
+        for c in 0..3 {
+            // equal channels are summed once
+            let Some(values) = channels.get(c) else {
+                block.mean[c] = block.mean.x;
+                block.m2[c] = block.m2.x;
+                block.largest[c] = block.largest.x;
+                continue;
+            };
+            let (sum, largest) = sum_and_largest(values);
+            block.mean[c] = sum / values.len().max(1) as f64;
+            block.m2[c] = squared_deviations(values, block.mean[c]);
+            block.largest[c] = largest;
+        }
+        block
     }
 
     /// Says that values may be as large as `value`, though none has been seen.
@@ -83,26 +108,75 @@ impl Moments {
     /// been seen once, and changes a value by as much as the largest one. This is the form of empirical Bernstein bounds
     /// [Maurer and Pontil 2009]; it also exceeds the shift of the studentised mean by skewness [Johnson 1978].
     pub fn half_width(&self, confidence: f64) -> DVec3 {
-        let n = self.count as f64;
+        self.student(confidence) + self.unseen(confidence) / self.count.max(1) as f64
+    }
+
+    /// Student's t times s/sqrt(n): the half-width for values that are normally distributed.
+    pub fn student(&self, confidence: f64) -> DVec3 {
         if self.count < 2 {
             return DVec3::INFINITY;
         }
-        let t = student_quantile(n - 1.0, confidence);
-        t * self.variance().powf(0.5) / n.sqrt() + self.unseen(confidence) / n
+        let n = self.count as f64;
+        student_quantile(n - 1.0, confidence) * (self.variance() / n).map(f64::sqrt)
+    }
+
+    /// Mean of the squares over the square of the largest: the share of values that would be as large, were the rest 0.
+    pub fn largest_share(&self) -> DVec3 {
+        let squares = self.mean * self.mean + self.m2 / self.count.max(1) as f64;
+        squares / (self.largest * self.largest)
     }
 
     /// The number of values at which the half-width would be `width`, if they go on like this.
     pub fn count_for(&self, width: f64, confidence: f64) -> f64 {
         let t = student_quantile((self.count.max(2) - 1) as f64, confidence);
         // the positive root of width n = t s sqrt(n) + u
-        let (spread, unseen) = (t * self.variance().powf(0.5), self.unseen(confidence));
-        let root = (spread + (spread * spread + 4.0 * width * unseen).powf(0.5)) / (2.0 * width);
+        let (spread, unseen) = (t * self.variance().map(f64::sqrt), self.unseen(confidence));
+        let root = (spread + (spread * spread + 4.0 * width * unseen).map(f64::sqrt)) / (2.0 * width);
         (root * root).max_element()
     }
 
     fn unseen(&self, confidence: f64) -> DVec3 {
-        -(1.0 - confidence).ln() * self.largest
+        -libm::log(1.0 - confidence) * self.largest
     }
+}
+
+/// Sums run in this many lanes, added up in order: the same bits from vector units of every width.
+const LANES: usize = 8;
+
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "x86_64+avx"))]
+fn sum_and_largest(values: &[f64]) -> (f64, f64) {
+    let (mut sums, mut largest) = ([0.0; LANES], [0.0f64; LANES]);
+    let chunks = values.chunks_exact(LANES);
+    let rest = chunks.remainder();
+    for chunk in chunks {
+        for lane in 0..LANES {
+            let size = chunk[lane].abs();
+            sums[lane] += chunk[lane];
+            largest[lane] = if size > largest[lane] { size } else { largest[lane] };
+        }
+    }
+    for (lane, value) in rest.iter().enumerate() {
+        sums[lane] += value;
+        largest[lane] = largest[lane].max(value.abs());
+    }
+    (sums.iter().sum(), largest.into_iter().fold(0.0, f64::max))
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "x86_64+avx"))]
+fn squared_deviations(values: &[f64], mean: f64) -> f64 {
+    let mut sums = [0.0; LANES];
+    let chunks = values.chunks_exact(LANES);
+    let rest = chunks.remainder();
+    for chunk in chunks {
+        for lane in 0..LANES {
+            let deviation = chunk[lane] - mean;
+            sums[lane] += deviation * deviation;
+        }
+    }
+    for (lane, value) in rest.iter().enumerate() {
+        sums[lane] += (value - mean) * (value - mean);
+    }
+    sums.iter().sum()
 }
 
 /// Two-sided quantile of Student's t.
@@ -156,6 +230,16 @@ mod tests {
             chunk.iter().for_each(|v| part.push(*v));
             parts = parts.merge(part);
         }
+        let blocks = values.chunks(77).fold(Moments::default(), |all, chunk| {
+            let channels = [0, 1, 2].map(|c| chunk.iter().map(|v| v[c]).collect::<Vec<_>>());
+            let block = Moments::of(&[&channels[0], &channels[1], &channels[2]]);
+            let grey = Moments::of(&[&channels[0]]);
+            assert_eq!((grey.mean, grey.m2.y), (DVec3::splat(block.mean.x), block.m2.x));
+            all.merge(block)
+        });
+        assert!((blocks.mean() - mean).abs().max_element() < 1e-14);
+        assert!((blocks.variance() - all.variance()).abs().max_element() < 1e-14);
+        assert_eq!((blocks.count, blocks.largest()), (all.count, all.largest()));
         assert_eq!(parts.count, all.count);
         assert!((parts.effective() / all.effective() - 1.0).abs() < 1e-12);
         assert!((parts.variance() - all.variance()).abs().max_element() < 1e-14);

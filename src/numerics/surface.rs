@@ -61,10 +61,10 @@ impl Surface {
             .collect::<Result<_, E>>()?;
         let worst = curves.iter().map(Curve::error).fold(0.0, f64::max);
         // interpolation through Chebyshev nodes magnifies errors of its values by at most 1 + (2/pi) ln(count)
-        let magnified = worst * (1.0 + 2.0 / PI * (count as f64).ln());
+        let magnified = worst * (1.0 + 2.0 / PI * libm::log(count as f64));
         // the weights of Chebyshev nodes are (-1)^k sin of the node's angle
         let nodes = (0..count).map(|k| {
-            let (sin, cos) = (2.0 * node(k, count)).sin_cos();
+            let (sin, cos) = libm::sincos(2.0 * node(k, count));
             (cos, if k % 2 == 0 { sin } else { -sin })
         });
         Ok(Self {
@@ -117,7 +117,7 @@ fn tail<E: Send>(count: usize, f: &(impl Fn(f64, f64) -> Result<Bounded, E> + Sy
         let size = |k: usize| {
             let terms = values.iter().enumerate();
             let sum: DVec3 = terms
-                .map(|(j, value)| (2.0 * k as f64 * node(j, count)).cos() * *value)
+                .map(|(j, value)| libm::cos(2.0 * k as f64 * node(j, count)) * *value)
                 .sum();
             (2.0 / count as f64 * sum).abs().max_element()
         };

@@ -22,6 +22,8 @@ pub enum Mapping {
     Mu,
     /// u = sqrt(v), over [0, 1] only: texels crowd towards grazing directions.
     SqrtMu,
+    /// u = v^(1/4) as two square roots, over [0, 1] only: the layers of narrow lobes, thinner than a texel of the above.
+    FourthRootMu,
     /// u = (v - min) / (max - min).
     Linear,
     /// u = ln(v / min) / ln(max / min), for min > 0.
@@ -32,9 +34,10 @@ pub enum Mapping {
 
 impl Mapping {
     /// Every mapping.
-    pub const ALL: [Mapping; 5] = [
+    pub const ALL: [Mapping; 6] = [
         Mapping::Mu,
         Mapping::SqrtMu,
+        Mapping::FourthRootMu,
         Mapping::Linear,
         Mapping::Log,
         Mapping::Log1p,
@@ -45,6 +48,7 @@ impl Mapping {
         match self {
             Mapping::Mu => "mu",
             Mapping::SqrtMu => "sqrt-mu",
+            Mapping::FourthRootMu => "fourth-root-mu",
             Mapping::Linear => "linear",
             Mapping::Log => "log",
             Mapping::Log1p => "log1p",
@@ -59,7 +63,9 @@ impl Mapping {
     /// Whether the mapping can run over `[min, max]`, and if not, what it needs.
     fn needs(self, min: f64, max: f64) -> Result<(), &'static str> {
         match self {
-            Mapping::Mu | Mapping::SqrtMu if (min, max) != (0.0, 1.0) => Err("the range [0, 1]"),
+            Mapping::Mu | Mapping::SqrtMu | Mapping::FourthRootMu if (min, max) != (0.0, 1.0) => {
+                Err("the range [0, 1]")
+            }
             Mapping::Log if min <= 0.0 => Err("min > 0"),
             Mapping::Log if !(max / min).is_finite() => Err("a finite max / min"),
             Mapping::Log1p if min <= -1.0 => Err("min > -1"),
@@ -238,11 +244,12 @@ impl Axis {
         let value = match self.mapping {
             Mapping::Mu => u,
             Mapping::SqrtMu => u * u,
+            Mapping::FourthRootMu => (u * u) * (u * u),
             Mapping::Linear => self.min + u * (self.max - self.min),
-            Mapping::Log => self.min * (u * (self.max.ln() - self.min.ln())).exp(),
+            Mapping::Log => self.min * libm::exp(u * (libm::log(self.max) - libm::log(self.min))),
             Mapping::Log1p => {
-                let (from, to) = (self.min.ln_1p(), self.max.ln_1p());
-                (from + u * (to - from)).exp_m1()
+                let (from, to) = (libm::log1p(self.min), libm::log1p(self.max));
+                libm::expm1(from + u * (to - from))
             }
         };
         value.clamp(self.min, self.max)
@@ -254,11 +261,12 @@ impl Axis {
         match self.mapping {
             Mapping::Mu => value,
             Mapping::SqrtMu => value.sqrt(),
+            Mapping::FourthRootMu => value.sqrt().sqrt(),
             Mapping::Linear => (value - self.min) / (self.max - self.min),
-            Mapping::Log => (value.ln() - self.min.ln()) / (self.max.ln() - self.min.ln()),
+            Mapping::Log => (libm::log(value) - libm::log(self.min)) / (libm::log(self.max) - libm::log(self.min)),
             Mapping::Log1p => {
-                let (from, to) = (self.min.ln_1p(), self.max.ln_1p());
-                (value.ln_1p() - from) / (to - from)
+                let (from, to) = (libm::log1p(self.min), libm::log1p(self.max));
+                (libm::log1p(value) - from) / (to - from)
             }
         }
     }
@@ -291,7 +299,9 @@ impl Axis {
     /// Parameter, mapping and texel rule in a few words: `sqrt-mu centres`, `log1p(kappa) ends`.
     pub fn label(&self) -> String {
         match self.mapping {
-            Mapping::Mu | Mapping::SqrtMu => format!("{} {}", self.mapping.name(), self.rule.name()),
+            Mapping::Mu | Mapping::SqrtMu | Mapping::FourthRootMu => {
+                format!("{} {}", self.mapping.name(), self.rule.name())
+            }
             Mapping::Linear | Mapping::Log | Mapping::Log1p => {
                 format!("{}({}) {}", self.mapping.name(), self.parameter, self.rule.name())
             }
@@ -318,6 +328,7 @@ impl Axis {
         match self.mapping {
             Mapping::Mu => v.clone(),
             Mapping::SqrtMu => format!("sqrt({v})"),
+            Mapping::FourthRootMu => format!("sqrt(sqrt({v}))"),
             Mapping::Linear if min == 0.0 => format!("{v}/{max:?}"),
             Mapping::Linear if min < 0.0 => format!("({v} + {:?})/{:?}", -min, max - min),
             Mapping::Linear => format!("({v} - {min:?})/{:?}", max - min),
@@ -342,6 +353,7 @@ mod tests {
             for size in [2, 3, 33, 16384] {
                 axes.push(axis(Mapping::Mu, rule, [0.0, 1.0], size));
                 axes.push(axis(Mapping::SqrtMu, rule, [0.0, 1.0], size));
+                axes.push(axis(Mapping::FourthRootMu, rule, [0.0, 1.0], size));
                 axes.push(axis(Mapping::Linear, rule, [-2.0, 90.0], size));
                 axes.push(axis(Mapping::Log, rule, [1e-6, 10.0], size));
                 axes.push(axis(Mapping::Log, rule, [1.0, 1e12], size));
@@ -387,6 +399,7 @@ mod tests {
         let centres = |mapping, range| axis(mapping, TexelRule::Centres, range, 8).shader_formula();
         assert_eq!(centres(Mapping::Mu, [0.0, 1.0]), "u = kappa");
         assert_eq!(centres(Mapping::SqrtMu, [0.0, 1.0]), "u = sqrt(kappa)");
+        assert_eq!(centres(Mapping::FourthRootMu, [0.0, 1.0]), "u = sqrt(sqrt(kappa))");
         assert_eq!(centres(Mapping::Linear, [0.0, 90.0]), "u = kappa/90.0");
         assert_eq!(centres(Mapping::Linear, [1.0, 3.5]), "u = (kappa - 1.0)/2.5");
         assert_eq!(centres(Mapping::Linear, [-1.0, 1.0]), "u = (kappa + 1.0)/2.0");

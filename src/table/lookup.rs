@@ -1,6 +1,6 @@
 //! The lookup that a shader does, on the values that the file stores.
 
-use super::Table;
+use super::{Storage, Table};
 use glam::DVec3;
 
 impl Table {
@@ -13,17 +13,20 @@ impl Table {
     /// # Panics
     /// When `coords` does not hold exactly one value per axis.
     pub fn sample(&self, coords: &[f64]) -> DVec3 {
+        self.sample_as(Storage::F32, coords)
+    }
+
+    /// The same lookup in a texture that keeps the values as `storage` holds them; filtering itself is exact.
+    ///
+    /// # Panics
+    /// When `coords` does not hold exactly one value per axis.
+    pub fn sample_as(&self, storage: Storage, coords: &[f64]) -> DVec3 {
         assert_eq!(coords.len(), self.axes.len(), "one coordinate per axis");
         let [width, _] = self.size();
         let x = self.neighbours(0, coords);
         let y = self.neighbours(1, coords);
-        let row = |j: usize| {
-            mix(
-                self.stored(j * width + x.low),
-                self.stored(j * width + x.high),
-                x.weight,
-            )
-        };
+        let texel = |i: usize| DVec3::from_array(self.values[i].to_array().map(|value| storage.round(value)));
+        let row = |j: usize| mix(texel(j * width + x.low), texel(j * width + x.high), x.weight);
         mix(row(y.low), row(y.high), y.weight)
     }
 
@@ -60,6 +63,7 @@ fn mix(a: DVec3, b: DVec3, weight: f64) -> DVec3 {
 
 #[cfg(test)]
 mod tests {
+    use crate::table::Storage;
     use crate::table::axis::{Axis, Mapping, TexelRule};
     use crate::table::samples::{grey_2d, rgb_1d, scalar};
     use glam::DVec3;
@@ -73,6 +77,26 @@ mod tests {
             }
         }
         assert_eq!(scalar().sample(&[]), scalar().stored(0));
+    }
+
+    /// A lookup mixes two or four stored values, so that it is off by their rounding at most.
+    #[test]
+    fn lookups_in_other_formats_are_off_by_their_rounding() {
+        let table = grey_2d();
+        for storage in Storage::ALL {
+            let mut most: f64 = 0.0;
+            for i in 0..500 {
+                let place = [f64::from(i) / 499.0, 0.1 * 1e13f64.powf(f64::from(i * 7 % 500) / 499.0)];
+                let [exact, found] = [Storage::F32, storage].map(|storage| table.sample_as(storage, &place).x);
+                assert!(
+                    (found - exact).abs() <= storage.rounding(1.0) + 6e-8,
+                    "{storage:?} at {place:?}"
+                );
+                most = most.max((found - exact).abs());
+            }
+            assert_eq!(most > 0.0, storage != Storage::F32, "{storage:?}");
+        }
+        assert_eq!(table.sample(&[0.3, 17.0]), table.sample_as(Storage::F32, &[0.3, 17.0]));
     }
 
     #[test]

@@ -3,24 +3,6 @@
 //! Values are computed in f64 and stored in f32. Whatever reports on a table speaks of the *stored* values, and what
 //! the rounding costs is part of every error: the file has to keep its promise, not the arithmetic before it.
 
-pub mod axis;
-mod lookup;
-pub mod names;
-#[cfg(test)]
-pub(crate) mod samples;
-mod stored;
-
-pub use stored::Excess;
-
-use crate::spectrum::Channels;
-use axis::{Axis, AxisError};
-use glam::DVec3;
-use stored::round_up;
-use thiserror::Error;
-
-/// Largest number of texels of a table (16384 x 1024), so that every file written is one that is read back.
-pub const MAX_TEXELS: usize = 1 << 24;
-
 /// Declares an enum whose variants have names in files.
 macro_rules! named {
     ($(#[$of_enum:meta])* $name:ident { $($(#[$of_variant:meta])* $variant:ident = $text:literal,)* }) => {
@@ -41,6 +23,26 @@ macro_rules! named {
         }
     };
 }
+
+pub mod axis;
+mod lookup;
+pub mod names;
+#[cfg(test)]
+pub(crate) mod samples;
+pub mod storage;
+mod stored;
+
+pub use storage::Storage;
+pub use stored::Excess;
+
+use crate::spectrum::Channels;
+use axis::{Axis, AxisError};
+use glam::DVec3;
+use stored::round_up;
+use thiserror::Error;
+
+/// Largest number of texels of a table (16384 x 1024), so that every file written is one that is read back.
+pub const MAX_TEXELS: usize = 1 << 24;
 
 named!(
     /// The integral that a table holds.

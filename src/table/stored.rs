@@ -82,7 +82,7 @@ impl Table {
 /// normal errors.
 fn all_at_once(count: usize) -> f64 {
     let normal = Normal::standard();
-    let miss = -(0.99f64.ln() / count.max(1) as f64).exp_m1();
+    let miss = -libm::expm1(libm::log(0.99f64) / count.max(1) as f64);
     normal.inverse_cdf(0.5 * miss) / normal.inverse_cdf(0.005)
 }
 

@@ -12,6 +12,7 @@ use crate::estimate::Lobe;
 use crate::geometry::Polar;
 use crate::integrate::monte_carlo::{self, Outgoing, Samples, Trial};
 use crate::numerics::moments::Moments;
+use crate::numerics::points::Points;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -341,6 +342,7 @@ fn other_sampling(bxdf: &dyn Bxdf, wo: DVec3, settings: &Settings, source: Sourc
         }
         let trial = Trial {
             sampling,
+            points: Points::Random,
             lobe,
             outgoing: Outgoing::Fixed(wo),
             samples: Samples::Fixed(settings.samples),

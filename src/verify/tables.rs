@@ -310,7 +310,7 @@ fn references(plan: &TablePlan, places: &[Integral], tolerance: f64) -> Result<V
         let integrator = Integrator::new(model, Estimator::Auto, effort).map_err(|error| error.to_string())?;
         if run
             .iter()
-            .any(|place| matches!(integrator.estimator(place.target), Estimator::MonteCarlo(_)))
+            .any(|place| matches!(integrator.estimator(place.target), Estimator::MonteCarlo { .. }))
         {
             return Err("its integrals are only known from samples".into());
         }
@@ -414,7 +414,7 @@ fn samples(table: &Table, plan: &TablePlan, settings: &Settings, source: Source)
             seed: source.seed(),
         };
         let integrator =
-            Integrator::new(model, Estimator::MonteCarlo(sampling), effort).map_err(|error| error.to_string())?;
+            Integrator::new(model, Estimator::random(sampling), effort).map_err(|error| error.to_string())?;
         run.par_iter()
             .enumerate()
             .map(

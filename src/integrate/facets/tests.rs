@@ -7,6 +7,7 @@ use crate::fresnel::Fresnel;
 use crate::integrate::Lobe;
 use crate::integrate::monte_carlo::{self, Outgoing, Samples, Trial, outgoing};
 use crate::integrate::{microfacet_hd, microfacet_hh};
+use crate::numerics::points::Points;
 use crate::numerics::stream::{Stream, StreamId};
 use crate::spectrum::Spectrum;
 
@@ -155,6 +156,7 @@ fn anisotropic_lobes_agree_with_monte_carlo() {
                 let found = rho_hd(&lobe, mu, phi, 1e-7).unwrap();
                 let trial = Trial {
                     sampling: Sampling::Visible,
+                    points: Points::Random,
                     lobe: Lobe::Reflection,
                     outgoing: outgoing(mu, phi),
                     samples: Samples::Fixed(200_000),
@@ -175,6 +177,7 @@ fn anisotropic_lobes_agree_with_monte_carlo() {
             let found = rho_hh(&lobe, 1e-4).unwrap();
             let trial = Trial {
                 sampling: Sampling::Visible,
+                points: Points::Random,
                 lobe: Lobe::Reflection,
                 outgoing: Outgoing::Cosine,
                 samples: Samples::Fixed(400_000),

@@ -218,9 +218,9 @@ fn versine(constants: &Constants, sin2: f64) -> f64 {
         return 0.0;
     }
     let whole = 1.0 + sin_o;
-    let p = 2.0 * (whole / mu).ln() * sin2;
+    let p = 2.0 * libm::log(whole / mu) * sin2;
     // 1 - e^(-2 A) = 2 sin theta_o/(1 + sin theta_o)
-    (1.0 + p.exp() * (mu / whole).powi(2)) * -(-p).exp_m1() * whole / (2.0 * sin_o)
+    (1.0 + libm::exp(p) * (mu / whole).powi(2)) * -libm::expm1(-p) * whole / (2.0 * sin_o)
 }
 
 /// Four sums side by side, in an order of its own whatever the width of the machine.

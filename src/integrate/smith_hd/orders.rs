@@ -24,12 +24,12 @@ impl Orders {
     /// A first guess for last coefficients below `levels` of the outer and the inner rule, for a direction with
     /// A = ln((1 + sin theta_o)/mu) = `depth`.
     pub(super) fn new(slopes: Slopes, alpha: f64, mu: f64, depth: f64, levels: [f64; 2]) -> Self {
-        let off = (alpha / mu).ln() / 3.0;
+        let off = libm::log(alpha / mu) / 3.0;
         let variables = |level: f64| {
             [
-                (0.2 + depth).ln(),
-                alpha.log10() / 3.0,
-                (-level.log10()).clamp(1.0, 13.0) / 10.0,
+                libm::log(0.2 + depth),
+                libm::log10(alpha) / 3.0,
+                (-libm::log10(level)).clamp(1.0, 13.0) / 10.0,
                 // lobes as wide as the direction is high
                 1.0 / (1.0 + off * off),
                 1.0 / (1.0 + alpha),
@@ -39,7 +39,7 @@ impl Orders {
             Slopes::Ggx => (GGX_OUTER, GGX_INNER),
             Slopes::Gaussian => (GAUSSIAN_OUTER, GAUSSIAN_INNER),
         };
-        let order = |coefficients: &[f64; 21], level: f64| quadratic(&variables(level), coefficients).exp();
+        let order = |coefficients: &[f64; 21], level: f64| libm::exp(quadratic(&variables(level), coefficients));
         Self {
             outer: outer_of(order(&outer, levels[0]), LEAST_OUTER),
             inner: inner_of(order(&inner, levels[1]), LEAST_INNER),
