@@ -7,6 +7,7 @@
 use super::IntegrateError;
 use crate::distribution::Isotropic;
 use crate::geometry::Polar;
+use crate::numerics::lanes;
 use crate::numerics::quadrature::{Bounded, Integral, NotConverged, Piece, integrate};
 use glam::DVec3;
 
@@ -104,7 +105,7 @@ impl LobeIntegral<'_> {
         let mut evaluations = 0;
         let mut failure = None;
         let outer = integrate(&pieces, OUTER_SHARE * self.tolerance, NODE_LIMIT, |q| {
-            let weight = q * libm::exp(-0.5 * q * q);
+            let weight = q * lanes::exp(-0.5 * q * q);
             // half of the inner share spread over the mass, half over the length: either way it adds up to the share
             let allowed = 0.5 * INNER_SHARE * self.tolerance * (1.0 + (q_max * weight).recip());
             match inner(self.distribution.at_exposure(0.5 * q * q), allowed) {
