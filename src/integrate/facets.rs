@@ -568,7 +568,7 @@ impl Slice {
         let first = (width < LARGEST_LAYER && weight > 0.01 * allowed).then_some(2.0 * width);
         std::iter::successors(first, |distance| Some(LAYER_STEP * distance))
             .take_while(|distance| *distance < 1.0)
-            .map(move |distance| end * (-distance).exp())
+            .map(move |distance| end * libm::exp(-distance))
     }
 
     /// pi/2 + atan x, with all its digits where x is large and negative.
