@@ -68,9 +68,8 @@ pub(super) fn rho_hd(microfacet: &Microfacet, mu: f64, phi: f64, tolerance: f64)
 
 /// rho_hh of a microfacet lobe, with an absolute error of at most `tolerance`.
 pub(super) fn rho_hh(microfacet: &Microfacet, tolerance: f64) -> Result<Integral, IntegrateError> {
-    let width = microfacet.distribution.width();
     Mean {
-        marks: &[(width, false)],
+        marks: &mean_marks(microfacet),
         anisotropic: microfacet.distribution.isotropic().is_none(),
         bound: 2.0,
         grows: microfacet.masking == Masking::None,
@@ -79,6 +78,28 @@ pub(super) fn rho_hh(microfacet: &Microfacet, tolerance: f64) -> Result<Integral
         smith_hd::rho_hd(microfacet, mu, allowed).map_or_else(|| rho_hd(microfacet, mu, phi, allowed), Ok)
     })
 }
+
+/// Cosines of wo at which rho_hd changes its behaviour: the layer at the horizon, and what F does, blurred by the lobe.
+///
+/// A narrow lobe follows F through total internal reflection within a few of its widths of the edge, and has its square root
+/// beyond: a step that few nodes would miss.
+fn mean_marks(microfacet: &Microfacet) -> Vec<(f64, bool)> {
+    let width = microfacet.distribution.width();
+    let mut marks = vec![(width, false)];
+    for edge in microfacet.fresnel.edges() {
+        marks.push((edge.cos, edge.kink));
+        if edge.kink {
+            let theta_e = libm::acos(edge.cos);
+            let distances = std::iter::successors(Some(width), |d| Some(STEP_FROM_EDGE * d)).take_while(|d| *d < 1.0);
+            marks.extend(distances.flat_map(|d| [theta_e - d, theta_e + d].map(|theta| (libm::cos(theta), false))));
+        }
+    }
+    marks
+}
+
+/// Ratio of the distances from an edge of F at which its mean over a lobe is split: beyond the lobe it is a square root, all
+/// but polynomial over such ranges.
+const STEP_FROM_EDGE: f64 = 6.0;
 
 /// rho_hd of the coat of a FresnelBlend at cos theta_o = `mu` and azimuth `phi`, with an absolute error of at most
 /// `tolerance`.

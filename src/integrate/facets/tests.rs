@@ -234,3 +234,30 @@ fn layers_at_the_horizon_are_not_overlooked() {
         }
     }
 }
+
+/// rho_hh of narrow lobes that follow F through total internal reflection: the step must be seen at any tolerance.
+#[test]
+fn means_do_not_overlook_the_edge_of_total_reflection() {
+    let ggx = |alpha: f64| Distribution::from(Family::Ggx.with(alpha).unwrap());
+    let beckmann = |m: f64| Distribution::from(Family::Beckmann.with(m).unwrap());
+    for (distribution, eta) in [
+        (beckmann(0.003), 0.1),
+        (beckmann(1e-6), 0.66),
+        (ggx(0.003), 0.8),
+        (ggx(1e-4), 0.95),
+        (beckmann(0.01), 0.1),
+    ] {
+        let fresnel = Fresnel::dielectric(Spectrum::grey(eta)).unwrap();
+        let lobe = Microfacet::new(Spectrum::grey(1.0), distribution, Masking::Smith, fresnel).unwrap();
+        let fine = super::rho_hh(&lobe, 1e-7).unwrap().bounded;
+        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
+            let coarse = super::rho_hh(&lobe, tolerance).unwrap().bounded;
+            let difference = (coarse.value - fine.value).abs().max_element();
+            let stated = (coarse.error + fine.error).max_element();
+            assert!(
+                difference <= stated && coarse.error.max_element() <= tolerance,
+                "{lobe:?} to {tolerance}: off by {difference:e}, stated {stated:e}"
+            );
+        }
+    }
+}
