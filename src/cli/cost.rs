@@ -174,6 +174,7 @@ fn tell_answers(found: &[Shapes]) {
                     format::seconds(table.seconds.cpu),
                     format::error(table.anywhere),
                 ]),
+                None if shapes.shapes.is_empty() => row.push("not studied: more --seconds".into()),
                 None => row.push("none of this study".into()),
             }
             row
@@ -306,11 +307,16 @@ fn tell_missing(report: &Report) {
         .filter(|curve| Kin::of(curve.estimator) != Kin::ClosedForm)
         .map(Curve::coverage)
         .fold([0, 0], |[a, b], [covered, values]| [a + covered, b + values]);
-    format::say(format!(
-        "\nOf all estimators and samplings {:.3} % of {} stated errors hold; {refused} of {runs} runs stated none, for too few hits.",
-        100.0 * coverage[0] as f64 / coverage[1].max(1) as f64,
-        format::count(coverage[1]),
-    ));
+    let runs = runs - left_out;
+    if coverage[1] == 0 {
+        format::say("\nNo estimator was run: references alone took the time.");
+    } else {
+        format::say(format!(
+            "\nOf all estimators and samplings {:.3} % of {} stated errors hold; {refused} of {runs} runs stated none, for too few hits.",
+            100.0 * coverage[0] as f64 / coverage[1].max(1) as f64,
+            format::count(coverage[1]),
+        ));
+    }
     let tables: usize = report.shapes.iter().map(|shapes| shapes.left_out).sum();
     let grown = report.scaling.iter().filter(|grown| grown.seconds.is_none()).count();
     if left_out + tables + grown > 0 {

@@ -104,7 +104,9 @@ pub(super) fn draw(figure: &Figure) -> Canvas {
     let columns = figure.columns.min(figure.panels.len()).max(1);
     let rows = figure.panels.len().div_ceil(columns);
     let cell = [LEFT + PANEL[0] + figure.margin + 6.0, TOP + PANEL[1] + BOTTOM];
-    let width = EDGE + columns as f64 * cell[0] + EDGE;
+    let lines = figure.caption.iter().map(|line| font::width(line, SMALL, false));
+    let text = lines.fold(font::width(&figure.title, LARGE, true), f64::max);
+    let width = EDGE + text.max(columns as f64 * cell[0]) + EDGE;
     let legend = legend_rows(&figure.legend, width - 2.0 * EDGE);
     let head = EDGE + 24.0 + 18.0 * legend.len() as f64 + 8.0;
     let foot = 14.0 * figure.caption.len() as f64 + EDGE;
