@@ -60,8 +60,9 @@ impl Contest {
 
 /// The lobes, with the roughness parameter that goes with alpha = roughness^2: kappa = 2/alpha^2 and n = 2/alpha^2 - 2 make
 /// lobes as wide as Beckmann's with m = alpha, as far as n goes.
-const LOBES: [(&str, &str); 4] = [
+const LOBES: [(&str, &str); 5] = [
     ("GGX, Smith correlated", "smith-correlated"),
+    ("Beckmann, Smith correlated", "smith-correlated"),
     ("Beckmann, V-groove", "v-groove"),
     ("vMF, V-groove", "v-groove"),
     ("Phong, V-groove", "v-groove"),
@@ -70,8 +71,8 @@ const LOBES: [(&str, &str); 4] = [
 fn distribution(lobe: usize, alpha: f64) -> String {
     match lobe {
         0 => format!("{{ type = \"ggx\", alpha = {alpha:?} }}"),
-        1 => format!("{{ type = \"beckmann\", m = {alpha:?} }}"),
-        2 => format!("{{ type = \"vmf\", kappa = {:?} }}", 2.0 / (alpha * alpha)),
+        1 | 2 => format!("{{ type = \"beckmann\", m = {alpha:?} }}"),
+        3 => format!("{{ type = \"vmf\", kappa = {:?} }}", 2.0 / (alpha * alpha)),
         _ => format!(
             "{{ type = \"phong\", n = {:?} }}",
             (2.0 / (alpha * alpha) - 2.0).clamp(0.0, PHONG_N.max)

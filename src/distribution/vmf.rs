@@ -1,6 +1,7 @@
 //! von Mises-Fisher distribution, renormalised to the hemisphere [Mikkelsen 2009, eq. 29 and 31].
 
 use crate::geometry::Polar;
+use crate::numerics::lanes;
 use crate::parameter::{KAPPA, ParameterError};
 use std::f64::consts::TAU;
 
@@ -75,8 +76,8 @@ impl Vmf {
         }
     }
 
-    /// Solved for v and for cos, each in a form that is accurate where it is small:
-    /// kappa v = E - ln(1 + e^-kappa (e^E - 1)) and kappa cos = ln(1 + (e^kappa - 1) e^-E).
+    /// Solved for v and for cos, each in a form that is accurate where it is small: kappa v = -ln(e^-kappa + (1 - e^-kappa) e^-E),
+    /// of which kappa cos = ln(1 + (e^kappa - 1) e^-E) is what remains to kappa.
     pub(super) fn at_exposure(&self, exposure: f64) -> Polar {
         let kappa = self.kappa;
         if kappa < UNIFORM {
@@ -87,10 +88,11 @@ impl Vmf {
             let versine = exposure / kappa;
             return Polar::from_versine(versine, 1.0 - versine);
         }
-        let versine = if kappa < 1.0 {
+        let versine = if kappa < 1.0 || exposure < 0.7 {
             -libm::log1p(libm::expm1(-exposure) * self.whole) / kappa
-        } else if exposure < 30.0 {
-            (exposure - libm::log1p(self.decay * libm::expm1(exposure))) / kappa
+        } else if exposure < 600.0 {
+            // a sum of two positive numbers, whose logarithm is not near 0
+            -lanes::ln(self.decay + self.whole * lanes::exp(-exposure)) / kappa
         } else {
             // e^E - 1 = e^E to the last bit
             (exposure - libm::log1p(libm::exp(exposure - kappa))) / kappa
