@@ -249,9 +249,9 @@ fn means_do_not_overlook_the_edge_of_total_reflection() {
     ] {
         let fresnel = Fresnel::dielectric(Spectrum::grey(eta)).unwrap();
         let lobe = Microfacet::new(Spectrum::grey(1.0), distribution, Masking::Smith, fresnel).unwrap();
-        let fine = super::rho_hh(&lobe, 1e-7).unwrap().bounded;
+        let fine = rho_hh(&lobe, 1e-7).unwrap().bounded;
         for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
-            let coarse = super::rho_hh(&lobe, tolerance).unwrap().bounded;
+            let coarse = rho_hh(&lobe, tolerance).unwrap().bounded;
             let difference = (coarse.value - fine.value).abs().max_element();
             let stated = (coarse.error + fine.error).max_element();
             assert!(
