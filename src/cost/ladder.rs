@@ -117,6 +117,13 @@ const REFERENCES: [f64; 6] = [1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7];
 /// Between the seed of a study and that of its references.
 const REFERENCE_SEED: u64 = 1 << 32;
 
+/// Every estimator that is one, and no choice among the others.
+fn studied() -> impl Iterator<Item = Estimator> {
+    Estimator::ALL
+        .into_iter()
+        .filter(|estimator| *estimator != Estimator::Auto)
+}
+
 /// All texels of `subject`; the first error, and how many texels have one.
 pub(super) fn compute(
     subject: &Subject,
@@ -275,11 +282,8 @@ pub(super) fn study(
             unsupported: subject.unsupported(estimator),
             runs: Vec::new(),
         };
-        let curves = Estimator::ALL
-            .into_iter()
-            .filter(|estimator| *estimator != Estimator::Auto);
         studies.push(Accuracy {
-            curves: curves.map(curve).collect(),
+            curves: studied().map(curve).collect(),
             subject,
             reference: reference?,
         });
@@ -363,10 +367,7 @@ fn weight(subject: &Subject, rung: Rung) -> u64 {
 /// The weights of all runs of a study together, what its progress counts up to.
 pub(super) fn work(subjects: &[Subject], settings: &Settings) -> u64 {
     let one = |subject: &Subject| {
-        let curves = Estimator::ALL
-            .into_iter()
-            .filter(|estimator| *estimator != Estimator::Auto);
-        let supported = curves.filter(|estimator| subject.unsupported(*estimator).is_none());
+        let supported = studied().filter(|estimator| subject.unsupported(*estimator).is_none());
         let rungs = supported.flat_map(|estimator| settings.ladder(subject, estimator));
         rungs.map(|(rung, seeds)| seeds * weight(subject, rung)).sum::<u64>() + subject.texels() as u64
     };

@@ -8,7 +8,7 @@ use crate::measured::irregular::IrregularSamples;
 use crate::plan::{Plan, Request, TablePlan};
 use crate::scene::{Material, ModelSpec, Scene};
 use crate::table::Quantity;
-use crate::table::axis::Mapping;
+use crate::table::axis::{Mapping, texel_places};
 use std::sync::Arc;
 
 /// Texels along an axis that is not mu.
@@ -96,15 +96,7 @@ impl Subject {
         };
         let axes = plan.alternatives.first().cloned().unwrap_or_default();
         let along = Coordinates::new(&axes);
-        // the first axis runs fastest: mu
-        let mut places = vec![Vec::new()];
-        for axis in axes.iter().rev() {
-            places = places
-                .into_iter()
-                .flat_map(|rest: Vec<f64>| (0..axis.size).map(move |i| [vec![axis.texel(i)], rest.clone()].concat()))
-                .collect();
-        }
-        let runs = places
+        let runs = texel_places(&axes)
             .chunk_by(|a, b| along.roughness(a) == along.roughness(b))
             .map(|run| {
                 let model = plan.model.at(along.roughness(&run[0]))?;

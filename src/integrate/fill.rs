@@ -5,7 +5,7 @@ use super::coordinates::Coordinates;
 use super::{Effort, Estimate, Estimator, IntegrateError, Integrator};
 use crate::bxdf::{Model, ModelError};
 use crate::plan::TablePlan;
-use crate::table::axis::Axis;
+use crate::table::axis::{Axis, texel_places};
 use crate::table::{ErrorKind, Table, TableError};
 use rayon::prelude::*;
 use thiserror::Error;
@@ -123,18 +123,6 @@ pub fn texels(plan: &TablePlan, axes: &[Axis], progress: Progress<'_>) -> Result
         between: None,
     };
     Ok(table.checked()?)
-}
-
-/// Axis values of every texel, in the order of the table.
-fn texel_places(axes: &[Axis]) -> Vec<Vec<f64>> {
-    let mut places = vec![Vec::new()];
-    for axis in axes.iter().rev() {
-        places = places
-            .into_iter()
-            .flat_map(|rest: Vec<f64>| (0..axis.size).map(move |i| [vec![axis.texel(i)], rest.clone()].concat()))
-            .collect();
-    }
-    places
 }
 
 /// The integral at each place of `at`, and the evaluations that places of one roughness shared.

@@ -339,6 +339,18 @@ impl Axis {
     }
 }
 
+/// Axis values of every texel, in the order of a table over `axes`: the first axis runs fastest.
+pub fn texel_places(axes: &[Axis]) -> Vec<Vec<f64>> {
+    let mut places = vec![Vec::new()];
+    for axis in axes.iter().rev() {
+        places = places
+            .into_iter()
+            .flat_map(|rest: Vec<f64>| (0..axis.size).map(move |i| [vec![axis.texel(i)], rest.clone()].concat()))
+            .collect();
+    }
+    places
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
