@@ -18,7 +18,7 @@ use super::{ExportError, FORMAT, VERSION, sha256_hex};
 use crate::table::Table;
 use std::collections::HashMap;
 use std::fs::{self, File, TryLockError};
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -143,6 +143,11 @@ impl Store {
             if from.exists() {
                 renames.push((from, self.directory.join(&entry.file)));
             }
+        }
+        // found out before the first rename, not in the midst of them
+        if let Some((_, taken)) = renames.iter().find(|(_, to)| to.is_dir()) {
+            let source = ErrorKind::IsADirectory.into();
+            return Err(ExportError::io("write", taken)(source));
         }
         let is_new = fs::read(&last).map_or(true, |bytes| bytes != json.as_bytes());
         if is_new {
