@@ -44,6 +44,8 @@ pub struct Plan {
     pub tables: Vec<TablePlan>,
     /// What no material calls for.
     pub left_out: Vec<LeftOut>,
+    /// Measured data that count as 0 though they are not: `material: what and how many`.
+    pub clipped: Vec<String>,
 }
 
 /// One table.
@@ -125,6 +127,7 @@ impl Plan {
             materials: scene.materials.iter().map(|material| material.name.clone()).collect(),
             tables,
             left_out: left_out(scene),
+            clipped: scene.materials.iter().flat_map(clipped).collect(),
         })
     }
 }
@@ -266,6 +269,11 @@ fn roughness_axis(model: &ModelSpec, size: usize) -> Result<Option<Axis>, AxisEr
     let legal = family.legal();
     let mapping = if legal.min > 0.0 { Mapping::Log } else { Mapping::Log1p };
     Axis::new(legal.name, mapping, TexelRule::Ends, [min, max], size).map(Some)
+}
+
+fn clipped(material: &Material) -> Vec<String> {
+    let clipped = material.model.clipped().into_iter();
+    clipped.map(|what| format!("{}: {what}", material.name)).collect()
 }
 
 fn left_out(scene: &Scene) -> Vec<LeftOut> {

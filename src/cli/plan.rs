@@ -281,6 +281,9 @@ fn report(plan: &Plan, costs: &[Forecast], threads: usize) {
 
 /// What is not computed, and what to do next.
 fn leave_out(plan: &Plan) {
+    for clipped in &plan.clipped {
+        format::say(format!("\nfinding: {clipped}"));
+    }
     format::say("\nLeft out:");
     for left_out in &plan.left_out {
         format::say(format!("  {}: {}", left_out.effect, left_out.reason));
@@ -310,7 +313,7 @@ fn as_json(plan: &Plan, costs: &[Forecast]) -> Value {
         .iter()
         .map(|left_out| json!({ "effect": left_out.effect, "reason": left_out.reason }))
         .collect();
-    json!({ "scene": plan.scene, "materials": materials, "tables": tables, "skipped": skipped })
+    json!({ "scene": plan.scene, "materials": materials, "tables": tables, "skipped": skipped, "findings": plan.clipped })
 }
 
 fn table_json(table: &TablePlan, cost: &Forecast) -> Value {

@@ -57,9 +57,14 @@ impl ModelSpec {
                 describe_interface((glass.eta_a(), glass.eta_b(), glass.transport()), facts, prefix);
             }
             // a table goes with the data, wherever the file is
-            Self::HalfAngle(table) => facts.add(prefix, "sha256", table.table().sha256()),
+            Self::HalfAngle(table) => {
+                facts.add(prefix, "invalid", table.table().invalid());
+                facts.add(prefix, "sha256", table.table().sha256());
+            }
             Self::Irregular(irregular) => {
                 facts.add(prefix, "samples", irregular.data().len());
+                let [red, green, blue] = irregular.data().negative();
+                facts.add(prefix, "negative", format!("{red} {green} {blue}"));
                 facts.add(prefix, "sha256", irregular.data().sha256());
             }
             Self::BrdfToBtdf(bxdf) => bxdf.describe_to(facts, &format!("{prefix}bxdf.")),
@@ -84,6 +89,30 @@ impl ModelSpec {
                 specular.describe_to(facts, &format!("{prefix}specular."));
             }
         }
+    }
+
+    /// Which of its measured data count as 0 though they are not, in words; empty where none do.
+    pub fn clipped(&self) -> Vec<String> {
+        let own = match self {
+            Self::HalfAngle(table) if table.table().invalid() > 0 => {
+                let invalid = table.table().invalid();
+                vec![format!(
+                    "{invalid} of its 4374000 values are marked as invalid and count as 0"
+                )]
+            }
+            Self::Irregular(irregular) if irregular.data().negative() != [0; 3] => {
+                let [red, green, blue] = irregular.data().negative();
+                let all = irregular.data().len();
+                vec![format!(
+                    "of its {all} samples {red} have a red below 0, {green} a green and {blue} a blue, outside of the gamut of \
+                     sRGB; means that are below 0 count as 0"
+                )]
+            }
+            _ => Vec::new(),
+        };
+        own.into_iter()
+            .chain(self.parts().into_iter().flat_map(Self::clipped))
+            .collect()
     }
 
     /// Name of its type in a scene file.

@@ -42,6 +42,9 @@ pub(super) fn report(directory: &Path, plan: &Plan, baked: &[Baked], wish: Optio
     for excess in baked.iter().filter_map(|baked| baked.excess.as_ref()) {
         format::say(format!("\nfinding: {excess}: this model does not conserve energy"));
     }
+    for clipped in &plan.clipped {
+        format::say(format!("\nfinding: {clipped}"));
+    }
     match wish {
         Some(wish) => tell_unmet(baked, wish),
         None => tell_lookups(baked),
