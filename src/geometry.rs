@@ -100,6 +100,15 @@ pub fn at_azimuth(phi: f64) -> DVec2 {
     DVec2::new(cos, sin)
 }
 
+/// The unit vector along the azimuth of `w`; x for the normal, which has none.
+///
+/// Of the components relative to the larger one: the squares of both underflow within 1e-154 of the normal, and from 1e-150
+/// on a quotient by the root of their sum would be a unit vector no more.
+pub fn azimuth_of(w: DVec3) -> DVec2 {
+    let along = w.truncate();
+    (along / along.abs().max_element()).normalize_or(DVec2::X)
+}
+
 /// Mirror image of `w` about the axis `wm`: 2 (w.wm) wm - w [Mikkelsen 2009, eq. 6].
 pub fn reflect(w: DVec3, wm: DVec3) -> DVec3 {
     2.0 * w.dot(wm) * wm - w
@@ -194,6 +203,19 @@ mod tests {
         assert!((Polar::from_tan(1e-9).versine() - 0.5e-18).abs() < 1e-33);
         assert_eq!(Polar::from_tan(f64::INFINITY), Polar { sin: 1.0, cos: 0.0 });
         assert!((Polar::from_angle(1e-9).ln_cos() + 0.5e-18).abs() < 1e-33);
+    }
+
+    #[test]
+    fn azimuths_are_unit_vectors_however_near_the_normal() {
+        for radius in [1.0, 1e-9, 1e-160, 1e-300] {
+            let azimuth = azimuth_of(DVec3::new(0.6 * radius, -0.8 * radius, 1.0));
+            assert!(
+                (azimuth - DVec2::new(0.6, -0.8)).length() < EPS,
+                "{radius:e}: {azimuth}"
+            );
+        }
+        assert_eq!(azimuth_of(DVec3::new(0.0, -5e-324, 1.0)), DVec2::NEG_Y);
+        assert_eq!(azimuth_of(DVec3::Z), DVec2::X);
     }
 
     #[test]
