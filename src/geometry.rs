@@ -114,18 +114,30 @@ pub fn reflect(w: DVec3, wm: DVec3) -> DVec3 {
     2.0 * w.dot(wm) * wm - w
 }
 
+/// eta^2 - sin^2 theta in the form that holds its digits: near grazing for eta near 1, near the normal for eta near 0.
+pub(crate) fn squared_beyond(theta: Polar, eta: f64) -> f64 {
+    if theta.cos < theta.sin {
+        (eta - 1.0) * (eta + 1.0) + theta.cos * theta.cos
+    } else {
+        (eta - theta.sin) * (eta + theta.sin)
+    }
+}
+
 /// Direction into which `w`, on the side of `n`, is refracted; `None` under total internal reflection.
 ///
-/// `eta` is the index of the far side over the near side. The result points away from the surface, to the far side.
-/// [pbrt 2010, section 8.2]
+/// `eta` is the index of the far side over the near side. The result points away from the surface, to the far side: its
+/// tangential part is that of -w over eta [pbrt 2010, section 8.2].
 pub fn refract(w: DVec3, n: DVec3, eta: f64) -> Option<DVec3> {
     let cos = w.dot(n);
-    // cos_t^2 = 1 - sin^2/eta^2 = ((eta - 1)(eta + 1) + cos^2)/eta^2, without the difference of near-equal terms
-    let cos_t_squared = ((eta - 1.0) * (eta + 1.0) + cos * cos) / (eta * eta);
-    if cos_t_squared < 0.0 {
-        return None;
-    }
-    Some(n * (cos / eta - cos_t_squared.sqrt()) - w / eta)
+    let along = w - n * cos;
+    let square = squared_beyond(
+        Polar {
+            sin: along.length(),
+            cos,
+        },
+        eta,
+    );
+    (square >= 0.0).then(|| -(n * square.sqrt() + along) / eta)
 }
 
 /// The half vector of two directions with the cosine that both make with it.

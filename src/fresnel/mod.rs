@@ -9,7 +9,7 @@ mod mean;
 
 pub use mean::dielectric_mean;
 
-use crate::geometry::Polar;
+use crate::geometry::{Polar, squared_beyond};
 use crate::parameter::{ETA, EXTINCTION, ParameterError, R0};
 use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
@@ -253,15 +253,6 @@ fn per_channel_pair(a: Spectrum, b: Spectrum, f: impl Fn(f64, f64) -> f64) -> DV
     match a.channels().max(b.channels()) {
         Channels::Grey => DVec3::splat(f(v.x, w.x)),
         Channels::Rgb => DVec3::new(f(v.x, w.x), f(v.y, w.y), f(v.z, w.z)),
-    }
-}
-
-/// eta^2 - sin^2 theta in the form that holds its digits: near grazing for eta near 1, near the normal for eta near 0.
-pub(crate) fn squared_beyond(theta: Polar, eta: f64) -> f64 {
-    if theta.cos < theta.sin {
-        (eta - 1.0) * (eta + 1.0) + theta.cos * theta.cos
-    } else {
-        (eta - theta.sin) * (eta + theta.sin)
     }
 }
 

@@ -5,7 +5,7 @@ use crate::common::cases::{beckmann, dielectric, ggx, ggx_xy, grooves, phong, sm
 use crate::row::Row;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
-use whitefurnace::bxdf::{Bxdf, Sampling};
+use whitefurnace::bxdf::{BLOCK, Bxdf, Draws, Flags, Sampling};
 use whitefurnace::distribution::{Distribution, Isotropic};
 use whitefurnace::fresnel::Fresnel;
 use whitefurnace::geometry::{Polar, half_vector, reflect};
@@ -151,6 +151,76 @@ fn weights_of_equation_30_at_the_horizon() {
     );
     let printed = printed_weight(cos);
     assert!(!printed.is_finite() || (printed - 2.0).abs() > 0.1, "{printed}");
+}
+
+/// Many draws at once weigh what one does, in the corners too.
+#[test]
+fn blocks_of_weights_at_the_horizon() {
+    // uniform numbers are multiples of 2^-53
+    let step = 0.5 * f64::EPSILON;
+    let ends = [
+        0.0,
+        step,
+        1e6 * step,
+        1e12 * step,
+        0.25,
+        0.5,
+        1.0 - 1e3 * step,
+        1.0 - step,
+    ];
+    let mut u = [[0.5; BLOCK]; 3];
+    for k in 0..BLOCK {
+        u[0][k] = ends[k % ends.len()];
+        // no quarter turns, of which one sine is 0 and the other 6e-17
+        u[1][k] = [0.0, 0.1, 0.3, 0.6, 0.9][k / ends.len() % 5];
+        u[2][k] = 0.25 + 0.5 * (k % 2) as f64;
+    }
+    let lobes = [
+        vmf(0.0),
+        vmf(1e-300),
+        vmf(1e12),
+        beckmann(1e-6),
+        beckmann(10.0),
+        phong(0.0),
+        phong(1e8),
+        ggx(1e-6),
+        ggx(10.0),
+    ];
+    for lobe in lobes {
+        let mut models = vec![grooves(lobe, Fresnel::None), grooves(lobe, dielectric(0.01))];
+        if matches!(lobe, Isotropic::Ggx(_)) {
+            models.extend([true, false].map(|correlated| smith(lobe, Fresnel::None, correlated)));
+        }
+        for model in models {
+            for mu in [1.0, 0.3, 1e-8, 1e-160, 5e-324, 0.0] {
+                let wo = Polar::from_cos(mu).direction(0.0);
+                let wos = wo.to_array().map(|x| [x; BLOCK]);
+                for sampling in Sampling::ALL {
+                    let draws = Draws {
+                        wo: &wos,
+                        u: [&u[0], &u[1], &u[2]],
+                        len: BLOCK,
+                    };
+                    let mut found = [[0.0; BLOCK]; 3];
+                    model.weights(sampling, Flags::REFLECTION, draws, &mut found);
+                    for k in 0..BLOCK {
+                        let single = model.sample(sampling, wo, [u[0][k], u[1][k], u[2][k]]);
+                        let what = || format!("{model:?} {sampling:?} {mu:e} {k}: {} and {single:?}", found[0][k]);
+                        assert!(found[0][k].is_finite() && found[0][k] >= 0.0, "{}", what());
+                        assert!(single.weight.is_finite() && single.pdf.is_finite(), "{}", what());
+                        let drawn_by_normals = matches!(sampling, Sampling::Normals | Sampling::Visible);
+                        if drawn_by_normals && model.fresnel == Fresnel::None {
+                            // o.h and n.i are sums of numbers of up to 2 sin theta_h, of which a weight has the share of n.o
+                            let wm = (wo + single.wi).normalize();
+                            let share = (libm::hypot(wm.x, wm.y) / mu).min(1e12);
+                            let difference = (found[0][k] - single.weight.x).abs() / single.weight.x.max(1.0);
+                            assert!(difference <= 16.0 * f64::EPSILON * (1.0 + share), "{}", what());
+                        }
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// (wo + wi)/|wo + wi|, and half its length.

@@ -4,8 +4,10 @@ use crate::big::{Big, big, off, one};
 use crate::common::cases::dielectric;
 use crate::row::Row;
 use glam::DVec3;
+use whitefurnace::bxdf::{Bxdf, SpecularTransmission, Transport};
 use whitefurnace::fresnel::{self, dielectric_mean};
 use whitefurnace::geometry::{Polar, refract};
+use whitefurnace::spectrum::Spectrum;
 
 /// F by the amplitudes of pbrt 2010, section 8.2.1, with Snell's cos_t = sqrt(1 - sin^2/eta^2), eta = eta_t/eta_i.
 fn printed(cos: f64, eta: f64) -> f64 {
@@ -81,6 +83,29 @@ fn edge_of_total_internal_reflection() {
                 error <= allowed,
                 "eta {eta}, {distance:e} inside: {error:e} of {allowed:e}"
             );
+            // refracted, the cosine is sqrt(eta^2 - sin^2)/eta
+            let exact = beyond(inside, eta).sqrt() / big(eta);
+            let through = refract(inside.direction(0.0), DVec3::Z, eta).unwrap();
+            let window = SpecularTransmission::new(Spectrum::grey(1.0), 1.0, eta, Transport::Importance).unwrap();
+            let seen = window.sample_f(inside.direction(0.0), [0.5; 3]);
+            // its square is as known as that of the smaller one, over the distance
+            let known = if inside.cos < inside.sin {
+                (inside.cos / eta).powi(2)
+            } else {
+                1.0
+            };
+            let allowed = f64::EPSILON * (4.0 + known / distance);
+            for cos in [-through.z, -seen.wi.z] {
+                let error = off(cos, &exact);
+                assert!(
+                    error <= allowed,
+                    "eta {eta}, {distance:e} inside: {error:e} of {allowed:e}"
+                );
+            }
+            if inside.sin < inside.cos {
+                // a sine without rounding, which a direction off the tangents does not have
+                assert!(off(-through.z, &exact) <= 4.0 * f64::EPSILON);
+            }
             let sin = eta * (1.0 + distance);
             if sin <= 1.0 {
                 let outside = dielectric(eta).reflectance_at(of_sine(sin)).x;

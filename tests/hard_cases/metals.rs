@@ -1,8 +1,10 @@
 //! Conductors: eta below 1, and k near 0.
 
 use crate::big::{Big, big, off, one};
+use crate::common::cases::conductor;
 use crate::row::Row;
 use whitefurnace::fresnel;
+use whitefurnace::geometry::Polar;
 
 /// F as eq. 8.3 of pbrt 2016 has it, with a^2 = (sqrt(t^2 + 4 eta^2 k^2) + t)/2, t = eta^2 - k^2 - sin^2.
 fn printed(cos: f64, eta: f64, k: f64) -> f64 {
@@ -25,11 +27,16 @@ fn printed_f32(cos: f32, eta: f32, k: f32) -> f32 {
     0.5 * perpendicular * (1.0 + (wide - cross) / (wide + cross))
 }
 
-/// The same equation, in which 1200 bits hold a^2 for k down to 1e-100.
 fn truth(cos: f64, eta: f64, k: f64) -> Big {
-    let (cos, eta, k) = (big(cos), big(eta), big(k));
-    let (two, cos2) = (big(2.0), &cos * &cos);
-    let sin2 = one() - &cos2;
+    let sin2 = one() - big(cos) * big(cos);
+    of_squared_sine(sin2, eta, k)
+}
+
+/// The same equation, in which 1200 bits hold a^2 for k down to 1e-100.
+fn of_squared_sine(sin2: Big, eta: f64, k: f64) -> Big {
+    let (eta, k) = (big(eta), big(k));
+    let (two, cos2) = (big(2.0), one() - &sin2);
+    let cos = cos2.sqrt();
     let t = &eta * &eta - &k * &k - &sin2;
     let sum = (&t * &t + big(4.0) * &eta * &eta * &k * &k).sqrt();
     let a = ((&sum + &t) / &two).sqrt();
@@ -67,6 +74,21 @@ fn conductors_of_small_eta() {
             }
             let absorbed = one() - truth(0.8, eta, k);
             worst = worst.max(off((1.0 - printed_f32(0.8, eta as f32, k as f32)).into(), &absorbed));
+        }
+    }
+    // where total reflection would begin, by the sine: of |n| = 0.01 the cosine resolves nothing there
+    for eta in [0.01, 0.1, 0.5] {
+        for k in [1e-12, 1e-9, 1e-6, 1e-3, 0.01] {
+            for distance in [-0.5, -1e-3, -1e-9, -1e-13, 0.0, 1e-13, 1e-9, 1e-3, 0.5] {
+                let sin = eta * (1.0 + distance);
+                let theta = Polar {
+                    sin,
+                    cos: libm::sqrt((1.0 - sin) * (1.0 + sin)),
+                };
+                let exact = of_squared_sine(big(sin) * big(sin), eta, k);
+                let error = off(conductor(eta, k).reflectance_at(theta).x, &exact);
+                assert!(error <= 16.0 * f64::EPSILON, "{eta} + {k:e}i, {distance:e}: {error:e}");
+            }
         }
     }
     // a^2 is the difference of numbers near k^2, and with it goes all that is absorbed
