@@ -1,0 +1,143 @@
+//! A directory of tables, before, during and after a bake, and how a bake is started.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use whitefurnace::export::manifest::Manifest;
+use whitefurnace::export::read::read_exr;
+use whitefurnace::export::sha256_hex;
+use whitefurnace::export::store::UNFINISHED;
+
+/// Names and contents of files.
+pub(crate) type Files = BTreeMap<String, Vec<u8>>;
+
+/// A scene file of several quick tables.
+pub(crate) fn scene(directory: &Path, name: &str, kappas: &[f64]) -> PathBuf {
+    let material = |kappa: &f64| {
+        format!(
+            "[[material]]\nname = \"k{kappa}\"\n[material.bxdf]\ntype = \"microfacet\"\nmasking = \"v-groove\"\n\
+             distribution = {{ type = \"vmf\", kappa = {kappa} }}\nfresnel = {{ type = \"none\" }}\n"
+        )
+    };
+    let path = directory.join(name);
+    fs::write(&path, kappas.iter().map(material).collect::<String>()).unwrap();
+    path
+}
+
+/// A scene file of so many materials called `m0`, `m1`, ... whose tables take no time.
+pub(crate) fn closed_forms(directory: &Path, name: &str, count: usize, reflectance: f64) -> PathBuf {
+    let material = |i: usize| {
+        let bxdf = format!("{{ type = \"lambertian\", reflectance = {reflectance} }}");
+        format!("[[material]]\nname = \"m{i}\"\nbxdf = {bxdf}\n")
+    };
+    let path = directory.join(name);
+    fs::write(&path, (0..count).map(material).collect::<String>()).unwrap();
+    path
+}
+
+/// A bake of `scene` into `out`, ready to be started.
+pub(crate) fn bake(scene: &Path, out: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_furnace"));
+    command.arg("bake").arg(scene).arg("--out").arg(out);
+    command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+/// Runs a bake that has to succeed.
+pub(crate) fn good(mut command: Command) -> Output {
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", errors(&output));
+    output
+}
+
+/// What a run wrote to standard error.
+pub(crate) fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Standard error of a run that has to end with exit code 2, and how many lines it has.
+pub(crate) fn refused(mut command: Command) -> String {
+    let output = command.output().unwrap();
+    let text = errors(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("error: ") && !text.contains("panicked"), "{text}");
+    text
+}
+
+/// Files under their final names.
+pub(crate) fn files(directory: &Path) -> Files {
+    let Ok(entries) = fs::read_dir(directory) else {
+        return Files::new();
+    };
+    let paths = entries.map(|entry| entry.unwrap().path()).filter(|path| path.is_file());
+    let name = |path: &Path| path.file_name().unwrap().to_str().unwrap().to_owned();
+    paths.map(|path| (name(&path), fs::read(&path).unwrap())).collect()
+}
+
+/// Everything in the directory, hidden files too, by name.
+pub(crate) fn names(directory: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(directory)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// Whether every visible file is one of the allowed ones, complete, and a manifest speaks of what is there.
+pub(crate) fn assert_whole(directory: &Path, allowed: &[&Files], what: &str) {
+    let found = files(directory);
+    for (name, bytes) in &found {
+        assert!(
+            allowed.iter().any(|files| files.get(name) == Some(bytes)),
+            "{what}: {name} is neither of the bake before nor of this one"
+        );
+        if name.ends_with(".exr") {
+            read_exr(&directory.join(name)).unwrap();
+        }
+    }
+    if let Some(json) = found.get("manifest.json") {
+        let manifest = Manifest::from_json(std::str::from_utf8(json).unwrap()).unwrap();
+        for entry in &manifest.tables {
+            let bytes = found.get(&entry.file);
+            assert!(
+                bytes.is_some_and(|bytes| sha256_hex(bytes) == entry.sha256),
+                "{what}: the manifest speaks of another {}",
+                entry.file
+            );
+        }
+    }
+}
+
+/// Whether the directory holds exactly `files` and nothing hidden.
+pub(crate) fn assert_finished(directory: &Path, expected: &Files, what: &str) {
+    let found = files(directory);
+    assert_eq!(names(directory), expected.keys().cloned().collect::<Vec<_>>(), "{what}");
+    assert!(found == *expected, "{what}: other bytes than those of a bake in one go");
+}
+
+/// Names of the tables that are kept until all are finished.
+pub(crate) fn waiting(out: &Path) -> Vec<String> {
+    let entries = fs::read_dir(out.join(UNFINISHED)).into_iter().flatten().flatten();
+    let names = entries.map(|entry| entry.file_name().into_string().unwrap());
+    names.filter(|name| name.ends_with(".exr")).collect()
+}
+
+/// Starts a bake and waits until the first tables are kept.
+pub(crate) fn begun(mut command: Command, out: &Path) -> Child {
+    let mut child = command.spawn().unwrap();
+    let start = Instant::now();
+    while waiting(out).len() < 3 {
+        if let Some(status) = child.try_wait().unwrap() {
+            panic!("the bake ended with {status} before anything was kept");
+        }
+        assert!(start.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child
+}

@@ -1,0 +1,203 @@
+//! Killed at any moment, a bake leaves whole files only, and the next one goes on and ends with the same bytes.
+
+use super::directory::{
+    Files, assert_finished, assert_whole, bake, begun, closed_forms, errors, files, good, refused, scene, waiting,
+};
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, Instant};
+use whitefurnace::export::store::UNFINISHED;
+use whitefurnace::numerics::stream::{Stream, StreamId};
+
+/// How many bakes are killed in each test; `FURNACE_KILLS` sets more for a long run.
+fn kills() -> u64 {
+    let more = std::env::var("FURNACE_KILLS").ok();
+    more.map_or(30, |text| text.parse().expect("FURNACE_KILLS is a count"))
+}
+
+fn stream(cell: u64) -> Stream {
+    Stream::new(StreamId {
+        seed: 5,
+        cell,
+        batch: 0,
+    })
+}
+
+const OLD: [f64; 3] = [1.0, 17.0, 300.0];
+const NEW: [f64; 7] = [1.0, 17.5, 300.0, 2000.0, 0.5, 40.0, 1e5];
+
+/// The files of one bake in one go, and how long it takes.
+fn reference(scene: &Path, out: &Path) -> (Files, Duration) {
+    let start = Instant::now();
+    good(bake(scene, out));
+    (files(out), start.elapsed())
+}
+
+/// A bake over an earlier one, killed again and again until it comes through, at moments spread over all of its length.
+#[test]
+fn killed_bakes_leave_whole_files_and_end_with_the_same_bytes() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    let [old, new] = [scene(&path(""), "s.toml", &OLD), scene(&path(""), "new.toml", &NEW)];
+    let (before, _) = reference(&old, &path("before"));
+    // the scene has the name of its file: the manifests of both say `s`
+    fs::rename(new, &old).unwrap();
+    let (mut after, length) = reference(&old, &path("after"));
+    // a table that only the earlier bake had stays where it is
+    let left: Files = before
+        .iter()
+        .filter(|(name, _)| !after.contains_key(*name))
+        .map(|(name, bytes)| (name.clone(), bytes.clone()))
+        .collect();
+    after.extend(left);
+    let mut random = stream(0);
+    let (mut killed, mut rounds, mut resumed) = (0, 0, 0);
+    while killed < kills() {
+        rounds += 1;
+        let out = path(&format!("out{rounds}"));
+        fs::create_dir(&out).unwrap();
+        before
+            .iter()
+            .for_each(|(name, bytes)| fs::write(out.join(name), bytes).unwrap());
+        loop {
+            let mut child = bake(&old, &out).spawn().unwrap();
+            std::thread::sleep(length.mul_f64(0.7 * random.uniform()));
+            child.kill().unwrap();
+            let done = child.wait().unwrap().success();
+            assert_whole(&out, &[&before, &after], &format!("round {rounds}, kill {killed}"));
+            if done {
+                break;
+            }
+            killed += 1;
+            resumed += u64::from(!waiting(&out).is_empty());
+        }
+        assert_finished(&out, &after, &format!("round {rounds}"));
+    }
+    println!("{killed} kills in {rounds} bakes; {resumed} left something to go on from");
+    assert!(resumed > 0, "no bake was killed after its first table");
+}
+
+/// The moments at which files take their names, killed again and again: of hundreds of tables at once, so that some kills
+/// fall in between.
+#[test]
+fn bakes_killed_while_files_take_their_names_leave_whole_files() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    const COUNT: usize = 400;
+    let scene = closed_forms(directory.path(), "s.toml", COUNT, 0.5);
+    let (before, _) = reference(&scene, &path("before"));
+    closed_forms(directory.path(), "s.toml", COUNT, 0.75);
+    let (after, _) = reference(&scene, &path("after"));
+    // all tables of the new bake wait: a directory in the place of one of them is in the way of the renames
+    let (out, waiting_files) = (path("out"), path("waiting"));
+    fs::create_dir_all(out.join("m7.rho_hd.exr")).unwrap();
+    let message = refused(bake(&scene, &out));
+    assert!(message.contains("m7.rho_hd.exr"), "{message}");
+    assert_eq!(waiting(&out).len(), 2 * COUNT);
+    fs::rename(out.join(UNFINISHED), &waiting_files).unwrap();
+    let prepare = || {
+        drop(fs::remove_dir_all(&out));
+        fs::create_dir_all(out.join(UNFINISHED)).unwrap();
+        let write = |(name, bytes): (&String, &Vec<u8>)| fs::write(out.join(name), bytes).unwrap();
+        before.iter().for_each(write);
+        for entry in fs::read_dir(&waiting_files).unwrap() {
+            let from = entry.unwrap().path();
+            fs::copy(&from, out.join(UNFINISHED).join(from.file_name().unwrap())).unwrap();
+        }
+    };
+    prepare();
+    let start = Instant::now();
+    good(bake(&scene, &out));
+    let length = start.elapsed();
+    let mut random = stream(1);
+    let mut between = 0;
+    for kill in 0..kills() {
+        prepare();
+        let mut child = bake(&scene, &out).spawn().unwrap();
+        std::thread::sleep(length.mul_f64(0.2 + 0.8 * random.uniform()));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let what = format!("kill {kill}");
+        assert_whole(&out, &[&before, &after], &what);
+        between += u64::from(!out.join("manifest.json").exists());
+        good(bake(&scene, &out));
+        assert_finished(&out, &after, &what);
+    }
+    println!(
+        "{between} of {} kills fell between the first rename and the last",
+        kills()
+    );
+}
+
+/// Ctrl-C says what is kept, in so many words, and the same command goes on.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_says_what_is_kept() {
+    let directory = tempfile::tempdir().unwrap();
+    let kappas: Vec<f64> = (0..60).map(|i| 3.0 + f64::from(i)).collect();
+    let scene = scene(directory.path(), "s.toml", &kappas);
+    let out = directory.path().join("out");
+    let child = begun(bake(&scene, &out), &out);
+    let interrupt = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(interrupt.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let message = errors(&output);
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    let words: Vec<&str> = message.split_whitespace().collect();
+    let [said, "of", "120", "tables", "are", "finished", "and", "kept", "in", ..] = words[1..] else {
+        panic!("{message}");
+    };
+    assert!(message.contains(out.to_str().unwrap()), "{message}");
+    // what it says is what there is
+    let kept = waiting(&out).len();
+    assert_eq!(said.parse(), Ok(kept), "{message}");
+    let report = good(bake(&scene, &out));
+    let report = String::from_utf8_lossy(&report.stdout).into_owned();
+    assert!(
+        report.contains(&format!(
+            "120 tables in {}, {kept} of them found finished",
+            out.display()
+        )),
+        "{report}"
+    );
+    let fresh = directory.path().join("fresh");
+    good(bake(&scene, &fresh));
+    assert_finished(&out, &files(&fresh), "interrupted");
+}
+
+/// Interrupted before anything is finished, a bake leaves nothing at all.
+#[cfg(unix)]
+#[test]
+fn an_early_interrupt_leaves_nothing() {
+    let directory = tempfile::tempdir().unwrap();
+    let text = "[[material]]\nname = \"slow\"\n[material.bxdf]\ntype = \"microfacet\"\nmasking = \"smith\"\n\
+                distribution = { type = \"ggx\", alpha_x = 0.001, alpha_y = 0.9 }\n\
+                fresnel = { type = \"dielectric\", eta = 0.6 }\n";
+    let scene = directory.path().join("s.toml");
+    fs::write(&scene, text).unwrap();
+    let out = directory.path().join("made/in/vain");
+    let mut command = bake(&scene, &out);
+    command.args(["--azimuth-resolution", "4096"]);
+    let child = command.spawn().unwrap();
+    let start = Instant::now();
+    while !out.join(UNFINISHED).exists() {
+        assert!(start.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    // the handler stands right after the directory
+    std::thread::sleep(Duration::from_millis(300));
+    let interrupt = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(interrupt.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let message = errors(&output);
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    assert!(
+        message.contains("interrupted: no table was finished, nothing is kept"),
+        "{message}"
+    );
+    assert!(!directory.path().join("made").exists());
+}

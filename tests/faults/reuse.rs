@@ -1,0 +1,132 @@
+//! What a bake takes over from the one before: what is the same and whole, and nothing else.
+
+use super::directory::{Files, assert_finished, assert_whole, bake, begun, files, good, refused, scene};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use whitefurnace::export::store::UNFINISHED;
+
+/// Bakes, and returns the ids of the tables that were taken over.
+fn taken_over(scene: &Path, out: &Path, arguments: &[&str]) -> Vec<String> {
+    let mut command = bake(scene, out);
+    command.arg("--json").args(arguments);
+    let output = good(command);
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let ids = value["found_finished"].as_array().unwrap();
+    ids.iter().map(|id| id.as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn only_what_changed_is_computed_again() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("out");
+    let path = scene(directory.path(), "s.toml", &[1.0, 17.0, 300.0]);
+    assert_eq!(taken_over(&path, &out, &[]), [""; 0]);
+    let first = files(&out);
+    let stamp = |name: &str| fs::metadata(out.join(name)).unwrap().modified().unwrap();
+    let before: Vec<_> = first.keys().map(|name| stamp(name)).collect();
+    // the same again: every table is taken over, and no file is touched
+    assert_eq!(taken_over(&path, &out, &[]).len(), 6);
+    assert_eq!(before, first.keys().map(|name| stamp(name)).collect::<Vec<_>>());
+    assert_finished(&out, &first, "again");
+    // another resolution: the tables of one texel have none
+    let means = ["k1.rho_hh", "k17.rho_hh", "k300.rho_hh"];
+    assert_eq!(taken_over(&path, &out, &["--roughness-resolution", "7"]).len(), 6);
+    let finer = ["--tolerance", "1e-3"];
+    assert_eq!(taken_over(&path, &out, &finer), [""; 0]);
+    assert_eq!(taken_over(&path, &out, &finer).len(), 6);
+    let chosen = files(&out);
+    assert_ne!(chosen, first);
+    // another material in the place of one
+    let path = scene(directory.path(), "s.toml", &[1.0, 18.0, 300.0]);
+    assert_eq!(
+        taken_over(&path, &out, &finer),
+        ["k1.rho_hd", "k1.rho_hh", "k300.rho_hd", "k300.rho_hh"]
+    );
+    // everything by request, with the same bytes
+    assert_eq!(taken_over(&path, &out, &["--tolerance", "1e-3", "--no-cache"]), [""; 0]);
+    // a seed is stated in every file, and so is a part of every table
+    assert_eq!(
+        taken_over(&path, &out, &["--tolerance", "1e-3", "--seed", "1"]),
+        [""; 0]
+    );
+    assert!(means.iter().all(|mean| out.join(format!("{mean}.exr")).exists()));
+}
+
+/// One flipped bit, wherever it is, is found out, and the table computed again.
+#[test]
+fn damaged_tables_are_not_taken_over() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("out");
+    let path = scene(directory.path(), "s.toml", &[17.0]);
+    good(bake(&path, &out));
+    let first = files(&out);
+    let name = "k17.rho_hd.exr";
+    let length = first[name].len();
+    for place in (0..length).step_by(length / 16) {
+        let mut bytes = first[name].clone();
+        bytes[place] ^= 4;
+        fs::write(out.join(name), bytes).unwrap();
+        assert_eq!(taken_over(&path, &out, &[]), ["k17.rho_hh"], "byte {place}");
+        assert_finished(&out, &first, &format!("byte {place}"));
+    }
+    // cut short, gone, or replaced by another table
+    for bytes in [&first[name][..length / 2], &[], &first["k17.rho_hh.exr"]] {
+        fs::write(out.join(name), bytes).unwrap();
+        assert_eq!(taken_over(&path, &out, &[]), ["k17.rho_hh"]);
+        assert_finished(&out, &first, "replaced");
+    }
+    fs::remove_file(out.join(name)).unwrap();
+    assert_eq!(taken_over(&path, &out, &[]), ["k17.rho_hh"]);
+    // a manifest that is damaged vouches for nothing
+    for json in ["", "{", "[]", "{\"format\": 1}"] {
+        fs::write(out.join("manifest.json"), json).unwrap();
+        assert_eq!(taken_over(&path, &out, &[]), [""; 0], "{json}");
+        assert_finished(&out, &first, json);
+    }
+}
+
+/// What waits is checked like what is in place, and parts of files are swept away.
+#[test]
+fn damaged_files_that_wait_are_not_taken_over() {
+    let directory = tempfile::tempdir().unwrap();
+    let kappas: Vec<f64> = (0..40).map(|i| 3.0 + f64::from(i)).collect();
+    let path = scene(directory.path(), "s.toml", &kappas);
+    let (out, fresh) = (directory.path().join("out"), directory.path().join("fresh"));
+    good(bake(&path, &fresh));
+    let mut child = begun(bake(&path, &out), &out);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let waiting = out.join(UNFINISHED);
+    let mut kept = files(&waiting);
+    kept.retain(|name, _| name.ends_with(".exr"));
+    let (damaged, bytes) = kept.first_key_value().unwrap();
+    let mut bytes = bytes.clone();
+    *bytes.last_mut().unwrap() ^= 1;
+    fs::write(waiting.join(damaged), bytes).unwrap();
+    fs::write(waiting.join(".furnace-abc.part"), b"half").unwrap();
+    fs::write(waiting.join("not a table.exr"), b"what").unwrap();
+    assert_eq!(taken_over(&path, &out, &[]).len(), kept.len() - 1);
+    assert_finished(&out, &files(&fresh), "damaged while waiting");
+}
+
+/// Two bakes into one directory would take each other's files apart.
+#[test]
+fn a_second_bake_is_kept_out() {
+    let directory = tempfile::tempdir().unwrap();
+    let kappas: Vec<f64> = (0..60).map(|i| 3.0 + f64::from(i)).collect();
+    let path = scene(directory.path(), "s.toml", &kappas);
+    let out = directory.path().join("out");
+    let first = begun(bake(&path, &out), &out);
+    let message = refused(bake(&path, &out));
+    assert!(
+        message.contains("another bake is writing into") && message.contains(out.to_str().unwrap()),
+        "{message}"
+    );
+    let output = first.wait_with_output().unwrap();
+    assert!(output.status.success(), "the first bake is not disturbed");
+    // and the lock is gone with it
+    assert_eq!(taken_over(&path, &out, &[]).len(), 120);
+    let both: [&Files; 1] = [&files(&out)];
+    assert_whole(&out, &both, "after both");
+}
