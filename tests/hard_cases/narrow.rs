@@ -22,7 +22,8 @@ fn allowed(exposure: f64) -> f64 {
     f64::EPSILON * (6.0 + 6.0 * exposure)
 }
 
-/// e^(kappa cos)/e^kappa as a falloff in 1 - cos theta, the form that no longer overflows; kappa/(2 pi) is its peak for kappa > 40.
+/// e^(kappa cos)/e^kappa as a falloff in 1 - cos theta, the form that no longer overflows; its peak is kappa/(2 pi) for
+/// kappa > 40.
 fn falloff_of_vmf(kappa: f64, theta: f64) -> f64 {
     kappa / TAU * libm::exp(-kappa * (1.0 - libm::cos(theta)))
 }
