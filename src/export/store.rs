@@ -13,7 +13,7 @@
 
 use super::manifest::{self, Manifest};
 use super::read::{Contents, MAX_FILE_BYTES, read_exr};
-use super::write::{create_dir, sync_dir, write_whole};
+use super::write::{create_dir, sync_dir, write_checked_later, write_whole};
 use super::{ExportError, FORMAT, VERSION, sha256_hex};
 use crate::table::Table;
 use std::collections::HashMap;
@@ -120,7 +120,7 @@ impl Store {
     /// [`ExportError::Io`] with the path; nothing but whole files is left.
     pub fn keep(&self, key: &str, bytes: &[u8]) -> Result<(), ExportError> {
         let mut finished = self.finished();
-        write_whole(&self.waiting().join(waiting_name(key, &sha256_hex(bytes))), bytes)?;
+        write_checked_later(&self.waiting().join(waiting_name(key, &sha256_hex(bytes))), bytes)?;
         *finished += 1;
         Ok(())
     }
@@ -143,6 +143,11 @@ impl Store {
             if from.exists() {
                 renames.push((from, self.directory.join(&entry.file)));
             }
+        }
+        // on the disk before they get their names
+        for (from, _) in &renames {
+            let sync = File::open(from).and_then(|file| file.sync_all());
+            sync.map_err(ExportError::io("write", from))?;
         }
         // found out before the first rename, not in the midst of them
         if let Some((_, taken)) = renames.iter().find(|(_, to)| to.is_dir()) {

@@ -12,6 +12,22 @@ use tempfile::{Builder, NamedTempFile};
 /// # Errors
 /// [`ExportError::Io`] with the path and the reason of the system; nothing is left behind.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
+    write_and_rename(path, bytes, Durable::Yes)
+}
+
+/// [`write_whole`] for files that somebody checks before using them: a power cut may leave such a file damaged.
+pub(super) fn write_checked_later(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
+    write_and_rename(path, bytes, Durable::No)
+}
+
+/// Whether bytes have to be on the disk, which takes milliseconds, before they get their name.
+#[derive(PartialEq)]
+enum Durable {
+    Yes,
+    No,
+}
+
+fn write_and_rename(path: &Path, bytes: &[u8], durable: Durable) -> Result<(), ExportError> {
     // The rename of a file onto an empty path would fail late and with a puzzling reason.
     if path.file_name().is_none() {
         let source = io::Error::new(io::ErrorKind::InvalidInput, "the path names no file");
@@ -21,15 +37,19 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    write_and_rename(directory, path, bytes).map_err(ExportError::io("write", path))
-}
-
-fn write_and_rename(directory: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut temporary = temporary_in(directory)?;
-    temporary.write_all(bytes)?;
-    temporary.as_file().sync_all()?;
-    temporary.persist(path).map_err(|error| error.error)?;
-    sync_dir(directory);
+    let write = || -> io::Result<()> {
+        let mut temporary = temporary_in(directory)?;
+        temporary.write_all(bytes)?;
+        if durable == Durable::Yes {
+            temporary.as_file().sync_all()?;
+        }
+        temporary.persist(path).map_err(|error| error.error)?;
+        Ok(())
+    };
+    write().map_err(ExportError::io("write", path))?;
+    if durable == Durable::Yes {
+        sync_dir(directory);
+    }
     Ok(())
 }
 

@@ -13,6 +13,13 @@ use whitefurnace::export::store::UNFINISHED;
 /// Names and contents of files.
 pub(crate) type Files = BTreeMap<String, Vec<u8>>;
 
+/// A directory in memory where the system has one: what is killed there need not wait for a disk.
+pub(crate) fn quick_directory() -> tempfile::TempDir {
+    tempfile::tempdir_in("/dev/shm")
+        .or_else(|_| tempfile::tempdir())
+        .unwrap()
+}
+
 /// A scene file of several quick tables.
 pub(crate) fn scene(directory: &Path, name: &str, kappas: &[f64]) -> PathBuf {
     let material = |kappa: &f64| {

@@ -1,11 +1,13 @@
 //! Killed at any moment, a bake leaves whole files only, and the next one goes on and ends with the same bytes.
 
 use super::directory::{
-    Files, assert_finished, assert_whole, bake, begun, closed_forms, errors, files, good, refused, scene, waiting,
+    Files, assert_finished, assert_whole, bake, begun, closed_forms, errors, files, good, quick_directory, refused,
+    scene, waiting,
 };
 use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
+use whitefurnace::export::manifest::Manifest;
 use whitefurnace::export::store::UNFINISHED;
 use whitefurnace::numerics::stream::{Stream, StreamId};
 
@@ -36,7 +38,7 @@ fn reference(scene: &Path, out: &Path) -> (Files, Duration) {
 /// A bake over an earlier one, killed again and again until it comes through, at moments spread over all of its length.
 #[test]
 fn killed_bakes_leave_whole_files_and_end_with_the_same_bytes() {
-    let directory = tempfile::tempdir().unwrap();
+    let directory = quick_directory();
     let path = |name: &str| directory.path().join(name);
     let [old, new] = [scene(&path(""), "s.toml", &OLD), scene(&path(""), "new.toml", &NEW)];
     let (before, _) = reference(&old, &path("before"));
@@ -81,7 +83,7 @@ fn killed_bakes_leave_whole_files_and_end_with_the_same_bytes() {
 /// fall in between.
 #[test]
 fn bakes_killed_while_files_take_their_names_leave_whole_files() {
-    let directory = tempfile::tempdir().unwrap();
+    let directory = quick_directory();
     let path = |name: &str| directory.path().join(name);
     const COUNT: usize = 400;
     let scene = closed_forms(directory.path(), "s.toml", COUNT, 0.5);
@@ -114,7 +116,7 @@ fn bakes_killed_while_files_take_their_names_leave_whole_files() {
     for kill in 0..kills() {
         prepare();
         let mut child = bake(&scene, &out).spawn().unwrap();
-        std::thread::sleep(length.mul_f64(0.2 + 0.8 * random.uniform()));
+        std::thread::sleep(length.mul_f64(0.4 + 0.6 * random.uniform()));
         child.kill().unwrap();
         child.wait().unwrap();
         let what = format!("kill {kill}");
@@ -127,6 +129,36 @@ fn bakes_killed_while_files_take_their_names_leave_whole_files() {
         "{between} of {} kills fell between the first rename and the last",
         kills()
     );
+}
+
+/// Every state between the first rename and the last, set up by hand: the next bake computes nothing and finishes the renames.
+#[test]
+fn a_bake_goes_on_from_every_rename() {
+    let directory = quick_directory();
+    let path = |name: &str| directory.path().join(name);
+    let scene = scene(directory.path(), "s.toml", &[17.0, 300.0]);
+    let (after, _) = reference(&scene, &path("after"));
+    let manifest = Manifest::from_json(std::str::from_utf8(&after["manifest.json"]).unwrap()).unwrap();
+    for renamed in 0..=manifest.tables.len() {
+        let out = path(&format!("out{renamed}"));
+        fs::create_dir_all(out.join(UNFINISHED)).unwrap();
+        fs::write(out.join(UNFINISHED).join("manifest.json"), &after["manifest.json"]).unwrap();
+        for (index, entry) in manifest.tables.iter().enumerate() {
+            let waiting = format!("{}-{}.exr", &manifest.requests[&entry.id][..32], &entry.sha256[..32]);
+            let to = match index < renamed {
+                true => out.join(&entry.file),
+                false => out.join(UNFINISHED).join(waiting),
+            };
+            fs::write(to, &after[&entry.file]).unwrap();
+        }
+        let report = good(bake(&scene, &out));
+        let report = String::from_utf8_lossy(&report.stdout).into_owned();
+        assert!(
+            report.contains("4 of them found finished"),
+            "{renamed} renamed: {report}"
+        );
+        assert_finished(&out, &after, &format!("{renamed} renamed"));
+    }
 }
 
 /// Ctrl-C says what is kept, in so many words, and the same command goes on.
