@@ -100,23 +100,44 @@ pub fn at_azimuth(phi: f64) -> DVec2 {
     DVec2::new(cos, sin)
 }
 
+/// The unit vector along the azimuth of `w`; x for the normal, which has none.
+///
+/// Of the components relative to the larger one: the squares of both underflow within 1e-154 of the normal, and from 1e-150
+/// on a quotient by the root of their sum would be a unit vector no more.
+pub fn azimuth_of(w: DVec3) -> DVec2 {
+    let along = w.truncate();
+    (along / along.abs().max_element()).normalize_or(DVec2::X)
+}
+
 /// Mirror image of `w` about the axis `wm`: 2 (w.wm) wm - w [Mikkelsen 2009, eq. 6].
 pub fn reflect(w: DVec3, wm: DVec3) -> DVec3 {
     2.0 * w.dot(wm) * wm - w
 }
 
+/// eta^2 - sin^2 theta in the form that holds its digits: near grazing for eta near 1, near the normal for eta near 0.
+pub(crate) fn squared_beyond(theta: Polar, eta: f64) -> f64 {
+    if theta.cos < theta.sin {
+        (eta - 1.0) * (eta + 1.0) + theta.cos * theta.cos
+    } else {
+        (eta - theta.sin) * (eta + theta.sin)
+    }
+}
+
 /// Direction into which `w`, on the side of `n`, is refracted; `None` under total internal reflection.
 ///
-/// `eta` is the index of the far side over the near side. The result points away from the surface, to the far side.
-/// [pbrt 2010, section 8.2]
+/// `eta` is the index of the far side over the near side. The result points away from the surface, to the far side: its
+/// tangential part is that of -w over eta [pbrt 2010, section 8.2].
 pub fn refract(w: DVec3, n: DVec3, eta: f64) -> Option<DVec3> {
     let cos = w.dot(n);
-    // cos_t^2 = 1 - sin^2/eta^2 = ((eta - 1)(eta + 1) + cos^2)/eta^2, without the difference of near-equal terms
-    let cos_t_squared = ((eta - 1.0) * (eta + 1.0) + cos * cos) / (eta * eta);
-    if cos_t_squared < 0.0 {
-        return None;
-    }
-    Some(n * (cos / eta - cos_t_squared.sqrt()) - w / eta)
+    let along = w - n * cos;
+    let square = squared_beyond(
+        Polar {
+            sin: along.length(),
+            cos,
+        },
+        eta,
+    );
+    (square >= 0.0).then(|| -(n * square.sqrt() + along) / eta)
 }
 
 /// The half vector of two directions with the cosine that both make with it.
@@ -194,6 +215,19 @@ mod tests {
         assert!((Polar::from_tan(1e-9).versine() - 0.5e-18).abs() < 1e-33);
         assert_eq!(Polar::from_tan(f64::INFINITY), Polar { sin: 1.0, cos: 0.0 });
         assert!((Polar::from_angle(1e-9).ln_cos() + 0.5e-18).abs() < 1e-33);
+    }
+
+    #[test]
+    fn azimuths_are_unit_vectors_however_near_the_normal() {
+        for radius in [1.0, 1e-9, 1e-160, 1e-300] {
+            let azimuth = azimuth_of(DVec3::new(0.6 * radius, -0.8 * radius, 1.0));
+            assert!(
+                (azimuth - DVec2::new(0.6, -0.8)).length() < EPS,
+                "{radius:e}: {azimuth}"
+            );
+        }
+        assert_eq!(azimuth_of(DVec3::new(0.0, -5e-324, 1.0)), DVec2::NEG_Y);
+        assert_eq!(azimuth_of(DVec3::Z), DVec2::X);
     }
 
     #[test]

@@ -54,13 +54,20 @@ impl HalfAngle {
     /// negatives, which folding makes the same.
     fn lookup(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let (s, d) = (wo + wi, wo - wi);
+        // phi_d is made of products of two components of s, which underflow where the directions are almost opposite
+        let scale = if s.abs().max_element() < 1e-140 {
+            2f64.powi(500)
+        } else {
+            1.0
+        };
+        let s = s * scale;
         let radius = libm::hypot(s.x, s.y);
         let length = s.length();
         if length == 0.0 {
             return DVec3::ZERO;
         }
         let i = merl::theta_h_cell(libm::atan2(radius, s.z));
-        let j = merl::theta_d_cell(libm::atan2(d.length(), length));
+        let j = merl::theta_d_cell(libm::atan2(d.length(), length / scale));
         let normal = |w: DVec3| w.x == 0.0 && w.y == 0.0;
         if normal(wo) || normal(wi) {
             return self.at_seam(i, j);

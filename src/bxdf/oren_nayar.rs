@@ -1,7 +1,7 @@
 //! Rough diffuse reflection after Oren and Nayar [pbrt 2010, section 8.4.1].
 
 use super::{Bxdf, BxdfSample, Flags, cosine_hemisphere, opposite_sides, other_hemisphere};
-use crate::geometry::Polar;
+use crate::geometry::{Polar, azimuth_of};
 use crate::parameter::{ParameterError, REFLECTANCE, SIGMA_DEG};
 use crate::spectrum::{Channels, Spectrum};
 use glam::{DVec2, DVec3};
@@ -122,7 +122,7 @@ impl Bxdf for OrenNayar {
         } else {
             // uniform in cos theta_i, and sin(phi_i - phi_o) uniform in [-1, 1]
             let turn = DVec2::new(2.0 * (u[1] * (1.0 - u[1])).sqrt(), 2.0 * u[1] - 1.0);
-            let azimuth = wo.truncate().normalize_or(DVec2::X).rotate(turn);
+            let azimuth = azimuth_of(wo).rotate(turn);
             let theta = Polar::from_cos(u[0]);
             (azimuth * theta.sin).extend(theta.cos)
         };

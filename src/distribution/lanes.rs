@@ -120,8 +120,8 @@ struct Vmf {
 
 impl Vmf {
     fn new(kappa: f64, peak: f64) -> Self {
-        // as good as 0, and divides
-        let kappa = kappa.max(1e-300);
+        // uniform to the last bit as kappa = 0 is; it divides, and its product with u does not underflow
+        let kappa = kappa.max(1e-30);
         let (linear, rest) = if kappa < 1.0 {
             (0.0, libm::expm1(-kappa))
         } else {

@@ -24,7 +24,7 @@ pub use isotropic::{Family, Isotropic};
 pub use phong::Phong;
 pub use vmf::Vmf;
 
-use crate::geometry::{Polar, at_azimuth};
+use crate::geometry::{Polar, at_azimuth, azimuth_of};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
@@ -73,7 +73,7 @@ impl Distribution {
             Self::Isotropic(isotropic) => density(isotropic, Polar::of(h)),
             Self::Anisotropic(anisotropic) => {
                 // the pole is approached from every azimuth with the same limit
-                let azimuth = h.truncate().normalize_or(DVec2::X);
+                let azimuth = azimuth_of(h);
                 density(&anisotropic.along(azimuth), Polar::of(h)) * anisotropic.azimuth_weight(azimuth)
             }
         }

@@ -1,6 +1,7 @@
 //! Fresnel terms of many facets at once.
 
-use super::Fresnel;
+use super::{Fresnel, beyond_brewster};
+use crate::geometry::Polar;
 use crate::numerics::points::BLOCK;
 use multiversion::multiversion;
 
@@ -39,7 +40,7 @@ fn dielectrics(eta: f64, scale: f64, cos: &Lane, weights: &mut Lane) {
         let g = g_squared.max(0.0).sqrt();
         let r_perp = -step / ((c + g) * (c + g));
         let par = eta_squared * c + g;
-        let r_par = step * ((eta * c - sin) * (eta * c + sin)) / (par * par);
+        let r_par = step * beyond_brewster(Polar { sin, cos: c }, eta, g) / (par * par);
         let partial = (0.5 * (r_perp * r_perp + r_par * r_par)).min(1.0);
         let f = if (c > 0.0) & (g_squared > 0.0) { partial } else { whole };
         // nothing is lost twice: 0 times what a facet out of sight has for a reflectance

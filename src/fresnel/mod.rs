@@ -9,7 +9,7 @@ mod mean;
 
 pub use mean::dielectric_mean;
 
-use crate::geometry::Polar;
+use crate::geometry::{Polar, squared_beyond};
 use crate::parameter::{ETA, EXTINCTION, ParameterError, R0};
 use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
@@ -256,13 +256,16 @@ fn per_channel_pair(a: Spectrum, b: Spectrum, f: impl Fn(f64, f64) -> f64) -> DV
     }
 }
 
-/// eta^2 - sin^2 theta in the form that holds its digits: near grazing for eta near 1, near the normal for eta near 0.
-pub(crate) fn squared_beyond(theta: Polar, eta: f64) -> f64 {
-    if theta.cos < theta.sin {
-        (eta - 1.0) * (eta + 1.0) + theta.cos * theta.cos
-    } else {
-        (eta - theta.sin) * (eta + theta.sin)
-    }
+/// eta^2 cos^2 - sin^2, 0 at Brewster's angle, for g = sqrt(eta^2 - sin^2) >= 0.
+///
+/// For small eta that angle and the edge of total reflection, tan = eta and sin = eta, are apart by eta^3/2 only: near the edge
+/// eta cos - sin would lose 2/eta^2 roundings, and g^2 - eta^2 sin^2, the same number, loses none. For large eta that one
+/// cancels, at grazing.
+#[inline(always)]
+pub(crate) fn beyond_brewster(theta: Polar, eta: f64, g: f64) -> f64 {
+    let Polar { sin, cos } = theta;
+    let (a, b) = if eta < 1.0 { (g, eta * sin) } else { (eta * cos, sin) };
+    (a - b) * (a + b)
 }
 
 /// Dielectric reflectance at `cos`, exact for unpolarised light.
@@ -274,10 +277,11 @@ pub fn dielectric(cos: f64, eta: f64) -> f64 {
 ///
 /// With g = eta cos theta_t = sqrt(eta^2 - sin^2) the amplitudes are r_perp = (cos - g)/(cos + g) and
 /// r_par = (eta^2 cos - g)/(eta^2 cos + g). Multiplied by their conjugates the numerators become
-/// (1 - eta)(1 + eta) and (eta - 1)(eta + 1)(eta^2 cos^2 - sin^2), which hold all digits for eta near 1. Nothing here asks
-/// eta to be a legal parameter: the quotient of two legal indices, 1e-4 to 1e4, will do.
+/// (1 - eta)(1 + eta) and (eta - 1)(eta + 1)(eta^2 cos^2 - sin^2), which hold all digits for eta near 1; the last factor is
+/// in [`beyond_brewster`]. Nothing here asks eta to be a legal parameter: the quotient of two legal indices, 1e-4 to 1e4,
+/// will do.
 pub(crate) fn dielectric_at(theta: Polar, eta: f64) -> f64 {
-    let Polar { sin, cos } = theta;
+    let cos = theta.cos;
     let step = (eta - 1.0) * (eta + 1.0);
     if cos == 0.0 {
         return if step == 0.0 { 0.0 } else { 1.0 };
@@ -290,7 +294,7 @@ pub(crate) fn dielectric_at(theta: Polar, eta: f64) -> f64 {
     let eta_squared = eta * eta;
     let r_perp = -step / ((cos + g) * (cos + g));
     let par = eta_squared * cos + g;
-    let r_par = step * ((eta * cos - sin) * (eta * cos + sin)) / (par * par);
+    let r_par = step * beyond_brewster(theta, eta, g) / (par * par);
     (0.5 * (r_perp * r_perp + r_par * r_par)).min(1.0)
 }
 

@@ -53,6 +53,25 @@ fn printed(table: &MerlTable, wo: DVec3, wi: DVec3) -> (DVec3, f64) {
     )
 }
 
+/// Directions that are all but opposite, both just above the surface, keep theta_h and phi_d however low they are.
+#[test]
+fn nearly_opposite_directions_have_their_half_vector() {
+    let bxdf = HalfAngle::new(table_of(hash));
+    for aside in [0.0, 0.7, -1.6] {
+        let at = |low: f64| {
+            let (wo, wi) = (
+                DVec3::new(1.0, 0.1 * low, low),
+                DVec3::new(-1.0, aside * low, 0.3 * low),
+            );
+            bxdf.f(wo, wi)
+        };
+        assert!(at(1e-20).x > 0.0);
+        for low in [1e-100, 1e-150, 1e-160, 1e-200, 1e-300] {
+            assert_eq!(at(low), at(1e-20), "{aside} {low:e}");
+        }
+    }
+}
+
 #[test]
 fn the_lookup_is_that_of_the_book() {
     let bxdf = HalfAngle::new(table_of(hash));

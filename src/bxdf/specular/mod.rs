@@ -15,8 +15,8 @@ pub use reflection::SpecularReflection;
 pub use transmission::SpecularTransmission;
 
 use super::across;
-use crate::fresnel::{dielectric_at, dielectric_mean, squared_beyond};
-use crate::geometry::Polar;
+use crate::fresnel::{dielectric_at, dielectric_mean};
+use crate::geometry::{Polar, squared_beyond};
 use crate::parameter::{ETA_A, ETA_B, ParameterError};
 use glam::DVec3;
 
