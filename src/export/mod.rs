@@ -8,6 +8,7 @@ pub mod manifest;
 pub mod read;
 pub mod write;
 
+use crate::printable::printable;
 use crate::table::TableError;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -27,7 +28,7 @@ pub enum ExportError {
     #[error(transparent)]
     Table(#[from] TableError),
     /// The system refused.
-    #[error("cannot {action} {}", path.display())]
+    #[error("cannot {action} {}", shown(path))]
     Io {
         /// What was tried: `write`, `read`, `create directory`, ...
         action: &'static str,
@@ -37,7 +38,7 @@ pub enum ExportError {
         source: std::io::Error,
     },
     /// A file stands where a directory is needed.
-    #[error("cannot create directory {}: {} is a file", path.display(), file.display())]
+    #[error("cannot create directory {}: {} is a file", shown(path), shown(file))]
     NotADirectory {
         /// The directory asked for.
         path: PathBuf,
@@ -53,7 +54,7 @@ pub enum ExportError {
         reason: String,
     },
     /// A file that is damaged, too large, or not what it is taken for.
-    #[error("cannot read {}: {reason}", path.display())]
+    #[error("cannot read {}: {}", shown(path), printable(reason))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -63,6 +64,10 @@ pub enum ExportError {
     /// A manifest that is no JSON or lacks facts.
     #[error("the manifest cannot be read or written")]
     Manifest(#[from] serde_json::Error),
+}
+
+fn shown(path: &Path) -> String {
+    printable(&path.display().to_string())
 }
 
 impl ExportError {
