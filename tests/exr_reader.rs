@@ -33,6 +33,7 @@ fn table(channels: Channels) -> Table {
         tolerance: 1e-4 / 3.0,
         evaluations: u64::MAX,
         seed: 7,
+        goal: None,
         between: Some(Between {
             error: 2.0 / 3.0,
             at: vec![0.125, 17.0],

@@ -1,16 +1,24 @@
 //! `furnace bake`
 
+mod interruption;
+mod progress;
+mod report;
+
 use super::{Common, Failure, Shape, format};
 use clap::Args;
+use indicatif::ProgressBar;
+use progress::Progress;
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
-use std::fs;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
-use whitefurnace::export::manifest::{self, Manifest, TableEntry};
-use whitefurnace::export::{exr, write};
+use whitefurnace::export::manifest::{Manifest, TableEntry};
+use whitefurnace::export::store::{Store, key};
+use whitefurnace::export::{exr, sha256_hex};
 use whitefurnace::integrate::choice::{Chooser, Wish};
-use whitefurnace::integrate::{FillError, Filled, fill, fill_within, work};
+use whitefurnace::integrate::{FillError, fill, fill_within, request};
 use whitefurnace::plan::{Plan, TablePlan};
 use whitefurnace::table::{Storage, Table};
 
@@ -18,12 +26,16 @@ use whitefurnace::table::{Storage, Table};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Writes <table>.exr for every table and manifest.json with all their facts. Each EXR holds the values as R G B or Y, which \
-any viewer opens, and the error of every texel as the layer `error`. Nothing is written before everything is computed.
+any viewer opens, and the error of every texel as the layer `error`.
 
 Two errors are stated: `texel`, the largest error at any texel, and `lookup`, the largest error of a linear-filtered lookup \
 anywhere between texels. Without --tolerance the tables have 64, 32 and 16 texels along their axes, and texels are known to \
 1e-6. With --tolerance T axes, sizes and texel errors are chosen so that the lookup error is at most T at least bytes; sizes \
 that are given stay as given.
+
+Finished tables wait in DIR/.furnace until all are finished; then they take their names at once, and the tables of an earlier \
+bake stay whole until then. Interrupted in any way, the same command goes on with what is finished and ends with the same \
+bytes. Tables that the directory holds already, of the same material, settings and version, are not computed again.
 
 Examples:
   furnace bake scene.toml --out tables
@@ -38,15 +50,19 @@ pub(super) struct Bake {
     /// Directory for the tables; outputs/<scene> by default.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Compute every table, also those that the directory holds already.
+    #[arg(long)]
+    no_cache: bool,
 }
 
+/// A finished table: what the manifest and the report say of it. The texels are on the disk by then, and not in memory.
 struct Baked {
-    table: Table,
-    purpose: &'static str,
     entry: TableEntry,
-    bytes: Vec<u8>,
-    /// Why its lookup error exceeds the tolerance asked for, where it does.
-    unmet: Option<String>,
+    purpose: &'static str,
+    row: Vec<String>,
+    excess: Option<String>,
+    /// Whether it was there before.
+    found: bool,
 }
 
 impl Bake {
@@ -60,211 +76,146 @@ impl Bake {
             .clone()
             .unwrap_or_else(|| Path::new("outputs").join(&plan.directory));
         // an unusable directory is found before the work, not after it
-        let missing: Vec<&Path> = directory.ancestors().take_while(|part| !part.exists()).collect();
-        write::create_dir(&directory)?;
-        let baked = self.common.in_pool(|| compute(&plan, wish)).inspect_err(|_| {
-            // only what is still empty goes
-            missing.iter().for_each(|part| drop(fs::remove_dir(part)));
-        })?;
-        let manifest = write_all(&directory, &plan, &baked, self.common.seed)?;
+        let store = Arc::new(Store::open(&directory)?);
+        interruption::tell_what_is_kept(&store, plan.tables.len());
+        let (baked, manifest) = self
+            .common
+            .in_pool(|| self.bake(&plan, wish, &store))
+            .map_err(|failure| kept_for_later(&store, failure))?;
         let seconds = start.elapsed().as_secs_f64();
         if self.common.json {
+            let ids = |baked: &Baked| baked.found.then(|| baked.entry.id.clone());
+            let found: Vec<String> = baked.iter().filter_map(ids).collect();
             let directory = directory.display().to_string();
-            let unmet: Map<String, Value> = baked
-                .iter()
-                .filter_map(|baked| Some((baked.table.id.clone(), json!(baked.unmet.as_ref()?))))
-                .collect();
-            let mut value = json!({ "directory": directory, "seconds": seconds, "manifest": manifest });
+            let mut value =
+                json!({ "directory": directory, "seconds": seconds, "found_finished": found, "manifest": manifest });
             if wish.is_some() {
+                let unmet = |baked: &Baked| Some((baked.entry.id.clone(), json!(baked.entry.unmet.as_ref()?)));
+                let unmet: Map<String, Value> = baked.iter().filter_map(unmet).collect();
                 value["unmet"] = Value::Object(unmet);
             }
             format::say(serde_json::to_string_pretty(&value)?);
         } else {
-            report(&directory, &plan, &baked, wish, seconds);
+            report::report(&directory, &plan, &baked, wish, seconds);
         }
         Ok(())
     }
+
+    fn bake(&self, plan: &Plan, wish: Option<Wish>, store: &Store) -> Result<(Vec<Baked>, Manifest), Failure> {
+        let keys: Vec<String> = plan
+            .tables
+            .iter()
+            .map(|table| key(&request(table, wish.as_ref())))
+            .collect();
+        let find = |(table, key): (&TablePlan, &String)| {
+            let kept = if self.no_cache { None } else { store.find(key) }?;
+            Some(Baked::new(&kept.table, table.purpose, kept.bytes, kept.sha256, true))
+        };
+        let mut baked: Vec<Option<Baked>> = plan.tables.iter().zip(&keys).map(find).collect();
+        let missing: Vec<usize> = (0..baked.len()).filter(|index| baked[*index].is_none()).collect();
+        let mut progress = Progress::new(missing.len());
+        // in batches, so that what choices need is in memory for a few tables only
+        for batch in missing.chunks(BATCH) {
+            let jobs = progress.choosing(|bar| jobs(plan, batch, wish, bar))?;
+            progress.expect(&jobs);
+            for (job, index) in jobs.iter().zip(batch) {
+                let table = progress.during(job.plan(), |done| job.fill(done))?;
+                let bytes = exr::to_bytes(&table)?;
+                store.keep(&keys[*index], &bytes)?;
+                let purpose = plan.tables[*index].purpose;
+                let sha256 = sha256_hex(&bytes);
+                baked[*index] = Some(Baked::new(&table, purpose, bytes.len() as u64, sha256, false));
+            }
+        }
+        progress.end();
+        let baked: Vec<Baked> = baked.into_iter().flatten().collect();
+        let entries: Vec<TableEntry> = baked.iter().map(|baked| baked.entry.clone()).collect();
+        let ids = plan.tables.iter().map(|table| table.id.clone());
+        let requests: BTreeMap<String, String> = ids.zip(keys).collect();
+        let manifest = Manifest::new(&plan.scene, self.common.seed, &plan.materials, entries, requests);
+        store.publish(&manifest)?;
+        Ok((baked, manifest))
+    }
 }
 
-fn compute(plan: &Plan, wish: Option<Wish>) -> Result<Vec<Baked>, Failure> {
-    let choosers = match wish {
-        None => Vec::new(),
-        Some(wish) => choosers(&plan.tables, wish)?,
-    };
-    let total = match wish {
-        None => plan.tables.iter().map(work).sum(),
-        Some(wish) => choosers
-            .iter()
-            .map(|chooser| work(&chooser.choice(wish.tolerance, Storage::F32).plan))
-            .sum(),
-    };
-    let bar = format::progress(total, "baking");
-    let mut baked = Vec::with_capacity(plan.tables.len());
-    for (index, planned) in plan.tables.iter().enumerate() {
-        let Filled { table, unmet } = match choosers.get(index) {
-            Some(chooser) => fill_within(chooser, &|integrals| bar.inc(integrals))?,
-            None => Filled {
-                table: fill(planned, &|integrals| bar.inc(integrals))?,
-                unmet: None,
-            },
-        };
-        let bytes = exr::to_bytes(&table)?;
-        let entry = TableEntry::new(&table, format!("{}.exr", table.id), &bytes);
-        baked.push(Baked {
-            table,
-            purpose: planned.purpose,
-            entry,
-            bytes,
-            unmet,
-        });
+impl Baked {
+    fn new(table: &Table, purpose: &'static str, bytes: u64, sha256: String, found: bool) -> Self {
+        Self {
+            entry: TableEntry::new(table, format!("{}.exr", table.id), bytes, sha256),
+            purpose,
+            row: report::row(table),
+            excess: report::excess(table),
+            found,
+        }
     }
-    bar.finish_and_clear();
-    Ok(baked)
 }
+
+/// A table to compute, as planned or as chosen.
+enum Job<'a> {
+    Planned(&'a TablePlan),
+    Chosen {
+        chooser: Box<Chooser<'a>>,
+        plan: Box<TablePlan>,
+    },
+}
+
+impl Job<'_> {
+    fn plan(&self) -> &TablePlan {
+        match self {
+            Self::Planned(plan) => plan,
+            Self::Chosen { plan, .. } => plan,
+        }
+    }
+
+    fn fill(&self, progress: &(dyn Fn(u64) + Sync)) -> Result<Table, FillError> {
+        match self {
+            Self::Planned(plan) => fill(plan, progress),
+            Self::Chosen { chooser, .. } => fill_within(chooser, progress),
+        }
+    }
+}
+
+/// What the tables with these indices take.
+fn jobs<'a>(plan: &'a Plan, indices: &[usize], wish: Option<Wish>, bar: &ProgressBar) -> Result<Vec<Job<'a>>, Failure> {
+    let tables = indices.iter().map(|index| &plan.tables[*index]);
+    let Some(wish) = wish else {
+        return Ok(tables.map(Job::Planned).collect());
+    };
+    let chosen = choosers(tables, wish, bar)?.into_iter().map(|chooser| Job::Chosen {
+        plan: Box::new(chooser.choice(wish.tolerance, Storage::F32).plan),
+        chooser: Box::new(chooser),
+    });
+    Ok(chosen.collect())
+}
+
+/// Most tables whose choices are made together.
+pub(super) const BATCH: usize = 256;
 
 /// What choices for each of the `tables` need, found out side by side.
-pub(super) fn choosers(tables: &[TablePlan], wish: Wish) -> Result<Vec<Chooser<'_>>, Failure> {
-    let bar = format::progress_of(tables.len() as u64, "choosing sizes", "tables");
+pub(super) fn choosers<'a>(
+    tables: impl IntoIterator<Item = &'a TablePlan>,
+    wish: Wish,
+    bar: &ProgressBar,
+) -> Result<Vec<Chooser<'a>>, Failure> {
+    let tables: Vec<&TablePlan> = tables.into_iter().collect();
     let chooser = |table| {
         let chooser = Chooser::new(table, wish);
         bar.inc(1);
         chooser
     };
-    let choosers = tables.par_iter().map(chooser).collect::<Result<_, FillError>>()?;
-    bar.finish_and_clear();
-    Ok(choosers)
+    let choosers = tables.into_par_iter().map(chooser);
+    Ok(choosers.collect::<Result<_, FillError>>()?)
 }
 
-/// The tables first, the manifest last: a manifest never names a table that is not there.
-fn write_all(directory: &Path, plan: &Plan, baked: &[Baked], seed: u64) -> Result<Manifest, Failure> {
-    for table in baked {
-        write::write_whole(&directory.join(&table.entry.file), &table.bytes)?;
+/// A failure, and what of the work is not lost.
+fn kept_for_later(store: &Store, failure: Failure) -> Failure {
+    let finished = *store.abandon();
+    if finished == 0 {
+        return failure;
     }
-    let entries = baked.iter().map(|table| table.entry.clone()).collect();
-    let manifest = Manifest::new(&plan.scene, seed, &plan.materials, entries);
-    write::write_whole(&directory.join(manifest::FILE_NAME), manifest.to_json()?.as_bytes())?;
-    Ok(manifest)
-}
-
-fn report(directory: &Path, plan: &Plan, baked: &[Baked], wish: Option<Wish>, seconds: f64) {
-    let header = [
-        "table",
-        "texels",
-        "axes",
-        "values",
-        "estimator",
-        "evaluations",
-        "texel error",
-        "lookup error",
-    ];
-    let right = ["texels", "evaluations", "texel error", "lookup error"];
-    let rows = baked.iter().map(|baked| row(&baked.table)).collect();
-    format::say(format!(
-        "{}: {} tables in {}\n\n",
-        plan.scene,
-        baked.len(),
-        directory.display()
-    ));
-    format::say(format::table(&header, &right, rows).to_string());
-    for baked in baked {
-        if let Some(excess) = baked.table.energy_excess() {
-            format::say(format!(
-                "\nfinding: {} exceeds 1 by {:.3}{}: this model does not conserve energy",
-                baked.table.id,
-                excess.excess,
-                match &excess.at[..] {
-                    [] => String::new(),
-                    at => format!(" at {}", place(&baked.table, at)),
-                },
-            ));
-        }
-    }
-    if let Some(wish) = wish {
-        let exceeding = baked.iter().filter_map(|baked| Some((baked, baked.unmet.as_ref()?)));
-        for (baked, reason) in exceeding {
-            let error = baked
-                .table
-                .between
-                .as_ref()
-                .map_or_else(|| baked.table.max_texel_error(), |between| between.error);
-            format::say(format!(
-                "\nexceeded: lookups of {} are off by up to {}, more than {:e}: {reason}",
-                baked.table.id,
-                format::error(error),
-                wish.tolerance,
-            ));
-        }
-    }
-    let evaluations = baked.iter().map(|baked| baked.table.evaluations).sum();
-    let bytes: usize = baked.iter().map(|baked| baked.bytes.len()).sum();
-    format::say(format!(
-        "\n{} evaluations at the texels, {} KiB, {}.",
-        format::count(evaluations),
-        bytes.div_ceil(1024),
-        format::seconds(seconds)
-    ));
-    let others = others(directory, baked);
-    if !others.is_empty() {
-        format::say(format!(
-            "\nnote: {} also holds tables that this bake did not write: {}",
-            directory.display(),
-            others.join(", ")
-        ));
-    }
-    if let Some(first) = baked.first() {
-        format::say(format!(
-            "\nNext:\n  furnace inspect {}",
-            directory.join(&first.entry.file).display()
-        ));
-        format::say(format!("    what a table holds; this one: {}", first.purpose));
-        format::say(format!(
-            "  {}\n    every fact, for programs",
-            directory.join(manifest::FILE_NAME).display()
-        ));
-        format::say("  README.md, \"Reading a table in a shader\"");
-    }
-}
-
-/// Tables in the directory that are of another bake.
-fn others(directory: &Path, baked: &[Baked]) -> Vec<String> {
-    let entries = fs::read_dir(directory).into_iter().flatten().flatten();
-    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-    let mut others: Vec<String> = names
-        .filter(|name| name.ends_with(".exr") && !baked.iter().any(|table| table.entry.file == *name))
-        .collect();
-    others.sort();
-    others
-}
-
-fn row(table: &Table) -> Vec<String> {
-    let [width, height] = table.size();
-    let (min, max) = table.range();
-    vec![
-        table.id.clone(),
-        if height == 1 {
-            width.to_string()
-        } else {
-            format!("{width} x {height}")
-        },
-        table
-            .axes
-            .iter()
-            .map(|axis| axis.label())
-            .collect::<Vec<_>>()
-            .join(", "),
-        if min == max {
-            format!("{min:.5}")
-        } else {
-            format!("{min:.5} .. {max:.5}")
-        },
-        table.estimator.clone(),
-        format::count(table.evaluations),
-        format::error(table.max_texel_error()),
-        table
-            .between
-            .as_ref()
-            .map_or_else(|| "-".into(), |between| format::error(between.error)),
-    ]
+    let directory = store.directory().display();
+    format!("{failure}\n{finished} tables are finished and kept in {directory}: the next bake goes on from there")
+        .into()
 }
 
 /// Axis values as `mu = 0.5, kappa = 17`.

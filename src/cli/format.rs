@@ -128,12 +128,7 @@ pub(super) fn seconds(seconds: f64) -> String {
     }
 }
 
-/// A progress bar of integrals on standard error, when that is a terminal.
-pub(super) fn progress(length: u64, what: &'static str) -> ProgressBar {
-    progress_of(length, what, "integrals")
-}
-
-/// A progress bar of anything else.
+/// A progress bar on standard error, when that is a terminal.
 pub(super) fn progress_of(length: u64, what: &'static str, units: &str) -> ProgressBar {
     let target = if stderr().is_terminal() {
         ProgressDrawTarget::stderr()
@@ -147,6 +142,15 @@ pub(super) fn progress_of(length: u64, what: &'static str, units: &str) -> Progr
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     // a single integral may take minutes: the clock shows that it runs
     bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// A progress bar of expected time on standard error, when that is a terminal; positions are microseconds.
+pub(super) fn progress_in_time(length: u64) -> ProgressBar {
+    let bar = progress_of(length, "", "");
+    let style =
+        ProgressStyle::with_template("[{bar:32}] {percent:>3} %, {elapsed} so far, about {eta} left: {wide_msg}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar
 }
 

@@ -84,6 +84,13 @@ fn report(table: &Table, version: &str) {
         format!("{error} at {at}, the largest of {} places", between.probes)
     });
     facts.push(("lookup error", lookup.unwrap_or_else(|| "not measured".into())));
+    if let Some(goal) = &table.goal {
+        let verdict = match &goal.unmet {
+            None => "kept".into(),
+            Some(reason) => format!("exceeded: {reason}"),
+        };
+        facts.push(("sized for", format!("lookups within {:e}, {verdict}", goal.tolerance)));
+    }
     let made = format!(
         "{}, tolerance {:e}, seed {}",
         table.estimator, table.tolerance, table.seed
@@ -174,9 +181,7 @@ fn as_json(file: &TableFile) -> Value {
     let path = file.path.display().to_string();
     match &file.contents {
         Contents::Table { table, version } => {
-            let mut entry = json!(TableEntry::new(table, &path, &[]));
-            entry["bytes"] = json!(file.bytes);
-            entry["sha256"] = json!(file.sha256);
+            let mut entry = json!(TableEntry::new(table, &path, file.bytes, file.sha256.clone()));
             entry["version"] = json!(version);
             entry
         }

@@ -1,16 +1,15 @@
 //! `furnace plan`
 
-use super::bake::choosers;
+use super::bake::{BATCH, choosers};
 use super::{Common, Failure, Shape, format};
 use clap::Args;
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use std::time::Instant;
 use whitefurnace::integrate::choice::{Choice, Obstacle, Wish};
-use whitefurnace::integrate::{Integrator, Target, work};
+use whitefurnace::integrate::{FillError, Forecast, forecast};
 use whitefurnace::plan::{Plan, TablePlan};
-use whitefurnace::table::axis::{AZIMUTH, Axis, MU};
-use whitefurnace::table::{Quantity, Storage};
+use whitefurnace::table::Storage;
+use whitefurnace::table::axis::Axis;
 
 /// Arguments of `furnace plan`.
 #[derive(Debug, Args)]
@@ -29,22 +28,6 @@ pub(super) struct PlanCommand {
     shape: Shape,
 }
 
-/// What a table will cost, judged by a few of its integrals.
-struct Cost {
-    estimator: &'static str,
-    evaluations: f64,
-    seconds: f64,
-}
-
-/// Directions whose integrals make up rho_hh of an anisotropic model, as a rule.
-const MEAN_OVER_DIRECTIONS: f64 = 1000.0;
-
-/// Azimuth at which it is: neither tangent.
-const PROBE_AZIMUTH: f64 = 0.7;
-
-/// Cosines at which the cost of a direction is sampled.
-const PROBES: [f64; 4] = [0.02, 0.15, 0.45, 0.85];
-
 impl PlanCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let scene = self.common.load()?;
@@ -57,11 +40,15 @@ impl PlanCommand {
         if !chosen.is_empty() {
             plan.tables = chosen.iter().map(|chosen| chosen.choice.plan.clone()).collect();
         }
-        let costs = plan.tables.iter().map(cost).collect::<Result<Vec<Cost>, Failure>>()?;
+        let costs = plan
+            .tables
+            .iter()
+            .map(forecast)
+            .collect::<Result<Vec<Forecast>, FillError>>()?;
         let halves = chosen
             .iter()
-            .map(|chosen| cost(&chosen.half.plan))
-            .collect::<Result<Vec<Cost>, Failure>>()?;
+            .map(|chosen| forecast(&chosen.half.plan))
+            .collect::<Result<Vec<Forecast>, FillError>>()?;
         let threads = self.common.in_pool(|| Ok(rayon::current_num_threads()))?;
         if self.common.json {
             let mut value = as_json(&plan, &costs);
@@ -89,13 +76,18 @@ struct Chosen {
 }
 
 fn chosen(tables: &[TablePlan], wish: Wish) -> Result<Vec<Chosen>, Failure> {
-    let choosers = choosers(tables, wish)?;
-    let chosen = choosers.par_iter().map(|chooser| Chosen {
-        choice: chooser.choice(wish.tolerance, Storage::F32),
-        smallest: chooser.smallest(wish.tolerance),
-        half: chooser.choice(0.5 * wish.tolerance, Storage::F32),
-    });
-    Ok(chosen.collect())
+    let bar = format::progress_of(tables.len() as u64, "choosing sizes", "tables");
+    let mut chosen = Vec::with_capacity(tables.len());
+    for batch in tables.chunks(BATCH) {
+        let choosers = choosers(batch, wish, &bar)?;
+        chosen.par_extend(choosers.par_iter().map(|chooser| Chosen {
+            choice: chooser.choice(wish.tolerance, Storage::F32),
+            smallest: chooser.smallest(wish.tolerance),
+            half: chooser.choice(0.5 * wish.tolerance, Storage::F32),
+        }));
+    }
+    bar.finish_and_clear();
+    Ok(chosen)
 }
 
 impl Chosen {
@@ -109,7 +101,7 @@ impl Chosen {
     }
 
     /// Adds to the JSON of a table what was chosen; `half` is the cost of half the error.
-    fn tell(&self, table: &mut Value, half: &Cost) {
+    fn tell(&self, table: &mut Value, half: &Forecast) {
         let finite = |error: f64| error.is_finite().then_some(error);
         let sizes = |choice: &Choice| -> Vec<usize> {
             let axes = choice.plan.alternatives.iter().take(1).flatten();
@@ -138,7 +130,13 @@ impl Chosen {
     }
 }
 
-fn report_chosen(plan: &Plan, chosen: &[Chosen], (costs, halves): (&[Cost], &[Cost]), tolerance: f64, threads: usize) {
+fn report_chosen(
+    plan: &Plan,
+    chosen: &[Chosen],
+    (costs, halves): (&[Forecast], &[Forecast]),
+    tolerance: f64,
+    threads: usize,
+) {
     format::say(format!(
         "{}: {} tables, {} materials, lookups to {tolerance:e}\n\n",
         plan.scene,
@@ -241,47 +239,7 @@ fn size(table: &TablePlan) -> String {
     }
 }
 
-/// Integrates at a few directions in the middle of the roughness range and scales up.
-fn cost(table: &TablePlan) -> Result<Cost, Failure> {
-    let mut axes = table.alternatives.iter().flatten();
-    let roughness = axes.find(|axis| axis.parameter != MU && axis.parameter != AZIMUTH);
-    let middle = roughness.map(|axis| axis.value(0.5));
-    // what directions share is computed anew for each roughness
-    let shared = roughness.map_or(1, |axis| axis.size) as f64;
-    let model = table.model.at(middle)?;
-    let failed = |error| format!("table {}: {error}", table.id);
-    let integrator = Integrator::new(&model, table.estimator, table.effort).map_err(failed)?;
-    // the mean over directions of an anisotropic model is some thousand of its integrals: told from a few, and not paid for
-    let (quantity, each_is) = match table.quantity {
-        Quantity::RhoHh if model.is_anisotropic() => (Quantity::RhoHd, MEAN_OVER_DIRECTIONS),
-        quantity => (quantity, 1.0),
-    };
-    let targets: Vec<Target> = match quantity {
-        Quantity::RhoHd => PROBES
-            .iter()
-            .map(|mu| Target::rho_hd(*mu, PROBE_AZIMUTH).of(table.lobe))
-            .collect(),
-        Quantity::RhoHh => vec![Target::rho_hh().of(table.lobe)],
-    };
-    let mut evaluations = 0;
-    let mut times = Vec::new();
-    for (cell, target) in targets.iter().enumerate() {
-        let start = Instant::now();
-        evaluations += integrator.estimate(*target, cell as u64).map_err(failed)?.evaluations;
-        times.push(start.elapsed().as_secs_f64());
-    }
-    // the median: one interruption by the system outweighs all directions together
-    times.sort_by(f64::total_cmp);
-    let each = each_is / targets.len() as f64;
-    Ok(Cost {
-        estimator: integrator.estimator(targets[0]).name(),
-        evaluations: evaluations as f64 * each * table.texels() as f64
-            + shared * integrator.shared_evaluations() as f64,
-        seconds: times[times.len() / 2] * each_is * work(table) as f64,
-    })
-}
-
-fn report(plan: &Plan, costs: &[Cost], threads: usize) {
+fn report(plan: &Plan, costs: &[Forecast], threads: usize) {
     format::say(format!(
         "{}: {} tables, {} materials\n\n",
         plan.scene,
@@ -339,7 +297,7 @@ fn axes(table: &TablePlan) -> String {
     }
 }
 
-fn as_json(plan: &Plan, costs: &[Cost]) -> Value {
+fn as_json(plan: &Plan, costs: &[Forecast]) -> Value {
     let tables: Vec<Value> = plan
         .tables
         .iter()
@@ -355,7 +313,7 @@ fn as_json(plan: &Plan, costs: &[Cost]) -> Value {
     json!({ "scene": plan.scene, "materials": materials, "tables": tables, "skipped": skipped })
 }
 
-fn table_json(table: &TablePlan, cost: &Cost) -> Value {
+fn table_json(table: &TablePlan, cost: &Forecast) -> Value {
     let axis = |axis: &Axis| {
         json!({
             "parameter": axis.parameter,

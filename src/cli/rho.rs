@@ -92,7 +92,7 @@ impl Rho {
             several => several.iter().copied().map(Some).collect(),
         };
         let integrals = cases.len() * targets.len() * tolerances.len();
-        let bar = format::progress(integrals as u64, "integrating");
+        let bar = format::progress_of(integrals as u64, "integrating", "integrals");
         let (rows, refused) = self.common.in_pool(|| {
             let refused = Cell::new(0);
             let mut rows = Vec::new();

@@ -8,7 +8,7 @@
 use super::FORMAT;
 use crate::spectrum::Channels;
 use crate::table::axis::{Axis, Mapping, TexelRule};
-use crate::table::{Between, ErrorKind, Lobe, Quantity, Table};
+use crate::table::{Between, ErrorKind, Goal, Lobe, Quantity, Table};
 use ::exr::meta::attribute::{AttributeValue, Text};
 use std::collections::HashMap;
 use std::fmt::Display;
@@ -20,6 +20,10 @@ pub(super) const VERSION: &str = "whitefurnaceVersion";
 /// Hash of the samples.
 pub(super) const SAMPLES: &str = "sampleSha256";
 const NOT_MEASURED: &str = "not measured";
+/// The lookup error that a table was sized for; absent where sizes were given.
+const GOAL: &str = "lookupTolerance";
+/// Why it is exceeded; absent where it is kept.
+const UNMET: &str = "unmet";
 /// Value of `betweenError` where the function itself grows without bound.
 const UNBOUNDED: &str = "unbounded";
 
@@ -63,6 +67,12 @@ pub(super) fn from_table(table: &Table, sample_hash: &str) -> Attributes {
     if !table.parameters.is_empty() {
         let pairs = table.parameters.iter().map(|(name, value)| format!("{name} = {value}"));
         put("parameters", lines(pairs));
+    }
+    if let Some(goal) = &table.goal {
+        put(GOAL, number(goal.tolerance));
+        if let Some(reason) = &goal.unmet {
+            put(UNMET, string(reason));
+        }
     }
     match &table.between {
         None => drop(put("betweenError", string(&NOT_MEASURED))),
@@ -198,6 +208,17 @@ impl Facts<'_> {
         }))
     }
 
+    fn goal(&self) -> Result<Option<Goal>, String> {
+        if self.get(GOAL).is_err() {
+            return Ok(None);
+        }
+        let unmet = self.get(UNMET).is_ok().then(|| self.string(UNMET));
+        Ok(Some(Goal {
+            tolerance: self.number(GOAL)?,
+            unmet: unmet.transpose()?,
+        }))
+    }
+
     /// The table that the attributes describe, still without values and errors.
     pub(super) fn table(&self, channels: Channels) -> Result<Table, String> {
         let axes = match self.small("axes")? {
@@ -220,6 +241,7 @@ impl Facts<'_> {
             tolerance: self.number("tolerance")?,
             evaluations: self.count("evaluations")?,
             seed: self.count("seed")?,
+            goal: self.goal()?,
             between: self.between(axes)?,
         })
     }

@@ -1,13 +1,13 @@
 //! `manifest.json`: all tables of a scene with the facts of their files, and which material uses which.
 
-use super::{ExportError, FORMAT, SOFTWARE, VERSION, sha256_hex};
+use super::{ExportError, FORMAT, SOFTWARE, VERSION};
 use crate::regular;
 use crate::table::axis::Axis;
 use crate::table::{Between, Table};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 use std::io::Read;
 use std::path::Path;
@@ -38,6 +38,9 @@ pub struct Manifest {
     pub tables: Vec<TableEntry>,
     /// The materials, in the order of the scene.
     pub materials: Vec<MaterialEntry>,
+    /// By the id of a table the key of what it answers, see [`key`](super::store::key): a later bake takes a table over
+    /// whose key is the one that it would have.
+    pub requests: BTreeMap<String, String>,
 }
 
 /// One table and its file.
@@ -72,6 +75,10 @@ pub struct TableEntry {
     pub error_kind: String,
     /// Largest absolute error asked for.
     pub tolerance: f64,
+    /// Largest lookup error asked for; null where axes and sizes were not chosen for one.
+    pub lookup_tolerance: Option<f64>,
+    /// Why lookups err by more than that, and what to do; null where they do not.
+    pub unmet: Option<String>,
     /// Largest error of any texel: the tolerance reached.
     pub max_texel_error: f64,
     /// Error of a lookup between texels; null while nobody has measured it.
@@ -126,15 +133,15 @@ pub struct MaterialEntry {
 }
 
 impl TableEntry {
-    /// The entry of `table`, stored as `bytes` in the file `file`.
-    pub fn new(table: &Table, file: impl Into<String>, bytes: &[u8]) -> Self {
+    /// The entry of `table`, stored in the file `file` of `bytes` bytes with the given hash.
+    pub fn new(table: &Table, file: impl Into<String>, bytes: u64, sha256: String) -> Self {
         let (min, max) = table.range();
         let parameters = table.parameters.iter().cloned();
         Self {
             id: table.id.clone(),
             file: file.into(),
-            bytes: bytes.len() as u64,
-            sha256: sha256_hex(bytes),
+            bytes,
+            sha256,
             quantity: table.quantity.name().into(),
             lobe: table.lobe.name().into(),
             channels: table.channels.count(),
@@ -145,6 +152,8 @@ impl TableEntry {
             estimator: table.estimator.clone(),
             error_kind: table.error_kind.name().into(),
             tolerance: table.tolerance,
+            lookup_tolerance: table.goal.as_ref().map(|goal| goal.tolerance),
+            unmet: table.goal.as_ref().and_then(|goal| goal.unmet.clone()),
             max_texel_error: table.max_texel_error(),
             between: table.between.as_ref().map(BetweenEntry::new),
             min,
@@ -181,7 +190,13 @@ impl BetweenEntry {
 
 impl Manifest {
     /// The manifest of a scene with the given materials and tables.
-    pub fn new(scene: impl Into<String>, seed: u64, materials: &[String], tables: Vec<TableEntry>) -> Self {
+    pub fn new(
+        scene: impl Into<String>,
+        seed: u64,
+        materials: &[String],
+        tables: Vec<TableEntry>,
+        requests: BTreeMap<String, String>,
+    ) -> Self {
         let mut of: HashMap<&str, Vec<String>> = HashMap::new();
         for table in &tables {
             for name in &table.materials {
@@ -201,6 +216,7 @@ impl Manifest {
             seed,
             tables,
             materials,
+            requests,
         }
     }
 
@@ -278,12 +294,24 @@ fn strings<'de, D: Deserializer<'de>>(from: D) -> Result<Map<String, Value>, D::
 mod tests {
     use super::*;
     use crate::export::exr::to_bytes;
+    use crate::export::sha256_hex;
     use crate::table::samples::{grey_2d, rgb_1d, scalar};
 
     fn manifest() -> Manifest {
-        let entry = |table: Table| TableEntry::new(&table, format!("{}.exr", table.id), &to_bytes(&table).unwrap());
+        let entry = |table: Table| {
+            let bytes = to_bytes(&table).unwrap();
+            let file = format!("{}.exr", table.id);
+            TableEntry::new(&table, file, bytes.len() as u64, sha256_hex(&bytes))
+        };
         let tables = [scalar(), rgb_1d(), grey_2d()].map(entry).to_vec();
-        Manifest::new("figure 7", u64::MAX, &["gold".into(), "lambert".into()], tables)
+        let requests = BTreeMap::from([("gold".into(), "0123".into())]);
+        Manifest::new(
+            "figure 7",
+            u64::MAX,
+            &["gold".into(), "lambert".into()],
+            tables,
+            requests,
+        )
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod attributes;
 pub mod exr;
 pub mod manifest;
 pub mod read;
+pub mod store;
 pub mod write;
 
 use crate::printable::printable;
@@ -44,6 +45,15 @@ pub enum ExportError {
         path: PathBuf,
         /// The file in its way.
         file: PathBuf,
+    },
+    /// Another bake writes into the same directory.
+    #[error(
+        "another bake is writing into {}: wait until it has ended, or choose another directory with --out",
+        path.display()
+    )]
+    Busy {
+        /// The directory.
+        path: PathBuf,
     },
     /// A table that the format cannot hold.
     #[error("cannot encode table {id}: {reason}")]

@@ -29,17 +29,24 @@ fn write_and_rename(directory: &Path, path: &Path, bytes: &[u8]) -> io::Result<(
     temporary.write_all(bytes)?;
     temporary.as_file().sync_all()?;
     temporary.persist(path).map_err(|error| error.error)?;
-    // The file is complete by now. That its name survives a power cut is worth an attempt; not every file system lets
-    // directories be synchronised.
-    let _ = File::open(directory).and_then(|directory| directory.sync_all());
+    sync_dir(directory);
     Ok(())
 }
+
+/// Makes sure that names survive a power cut, as far as the file system lets directories be synchronised. Their files are
+/// complete by then, whether it does or not.
+pub(super) fn sync_dir(directory: &Path) {
+    let _ = File::open(directory).and_then(|directory| directory.sync_all());
+}
+
+/// What the names of files end with that are not complete.
+pub(super) const PART: &str = ".part";
 
 /// A file that vanishes unless it is persisted, readable by whom the umask allows: temporary files are private by
 /// default, and tables are made to be read by others.
 fn temporary_in(directory: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
-    builder.prefix(".furnace-").suffix(".part");
+    builder.prefix(".furnace-").suffix(PART);
     #[cfg(unix)]
     let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o666);
     #[cfg(unix)]

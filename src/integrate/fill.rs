@@ -120,6 +120,7 @@ pub fn texels(plan: &TablePlan, axes: &[Axis], progress: Progress<'_>) -> Result
         tolerance: plan.effort.tolerance,
         evaluations: shared + estimates.iter().map(|estimate| estimate.evaluations).sum::<u64>(),
         seed: plan.effort.seed,
+        goal: None,
         between: None,
     };
     Ok(table.checked()?)

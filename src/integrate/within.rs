@@ -4,17 +4,8 @@ use super::Estimator;
 use super::choice::{Chooser, MOST_TEXELS};
 use super::fill::{FillError, Progress, fill, fill_axes};
 use crate::table::axis::{Axis, MAX_SIZE};
-use crate::table::{Storage, Table};
+use crate::table::{Goal, Storage, Table};
 use std::f64::consts::SQRT_2;
-
-/// A table, and whether it keeps what was asked for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Filled {
-    /// The table, with its lookup error measured.
-    pub table: Table,
-    /// Why not, and what to do; `None` when its lookup error is within the tolerance.
-    pub unmet: Option<String>,
-}
 
 /// How often sizes are corrected: measured errors follow the square of the sizes, so that one correction is the rule.
 const CORRECTIONS: usize = 4;
@@ -23,26 +14,21 @@ const CORRECTIONS: usize = 4;
 const WASTEFUL: f64 = 0.8;
 
 /// Computes the table that `chooser` chose for f32, and corrects the sizes until its measured lookup error is within the
-/// tolerance, or no more texels are allowed.
+/// tolerance, or no more texels are allowed. The [`Goal`] of the table says which.
 ///
 /// # Errors
 /// [`FillError`] with the texel that failed.
-pub fn fill_within(chooser: &Chooser<'_>, progress: Progress<'_>) -> Result<Filled, FillError> {
+pub fn fill_within(chooser: &Chooser<'_>, progress: Progress<'_>) -> Result<Table, FillError> {
     let tolerance = chooser.wish.tolerance;
     let choice = chooser.choice(tolerance, Storage::F32);
-    let error = |table: &Table| {
-        table
-            .between
-            .as_ref()
-            .map_or_else(|| table.max_texel_error(), |between| between.error)
+    let with_goal = |table: Table, unmet: Option<String>| Table {
+        goal: Some(Goal { tolerance, unmet }),
+        ..table
     };
     if let Some(obstacle) = choice.obstacle {
         let table = fill(&choice.plan, progress)?;
-        let met = error(&table) <= tolerance;
-        return Ok(Filled {
-            unmet: (!met).then(|| obstacle.reason().into()),
-            table,
-        });
+        let met = table.max_lookup_error() <= tolerance;
+        return Ok(with_goal(table, (!met).then(|| obstacle.reason().into())));
     }
     let plan = choice.plan;
     let mut axes = plan.alternatives.first().cloned().unwrap_or_default();
@@ -57,14 +43,11 @@ pub fn fill_within(chooser: &Chooser<'_>, progress: Progress<'_>) -> Result<Fill
     };
     loop {
         let table = fill_axes(&plan, &axes, progress)?;
-        let found = error(&table);
+        let found = table.max_lookup_error();
         let met = found <= tolerance;
         if let (false, Some(kept)) = (met, kept.take()) {
             // the smaller one was too small
-            return Ok(Filled {
-                table: kept,
-                unmet: None,
-            });
+            return Ok(with_goal(kept, None));
         }
         let wasteful = met && axes.len() > 1 && found < WASTEFUL * tolerance;
         let factor = if met {
@@ -74,10 +57,7 @@ pub fn fill_within(chooser: &Chooser<'_>, progress: Progress<'_>) -> Result<Fill
         };
         let next = resized(&axes, &free, factor);
         if corrections == 0 || next == axes || (met && !wasteful) {
-            return Ok(Filled {
-                table,
-                unmet: (!met).then(|| chooser.unmet(&axes, tolerance)),
-            });
+            return Ok(with_goal(table, (!met).then(|| chooser.unmet(&axes, tolerance))));
         }
         kept = met.then_some(table);
         axes = next;

@@ -68,6 +68,15 @@ pub struct Between {
     pub probes: u64,
 }
 
+/// The error of a lookup that a table was sized for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Goal {
+    /// Largest absolute error of a linear-filtered lookup anywhere in the domain.
+    pub tolerance: f64,
+    /// Why lookups err by more, and what to do; `None` when they do not.
+    pub unmet: Option<String>,
+}
+
 /// A lookup table of reflectance, with 0, 1 or 2 axes.
 ///
 /// `values` and `errors` have one entry per texel, row-major: axis 0 runs along the image width and fastest, axis 1
@@ -102,6 +111,8 @@ pub struct Table {
     pub evaluations: u64,
     /// Seed of the random streams.
     pub seed: u64,
+    /// The lookup error that axes and sizes were chosen for; `None` where they were given.
+    pub goal: Option<Goal>,
     /// The error between texels; `None` while nobody has measured it.
     pub between: Option<Between>,
 }
@@ -223,6 +234,11 @@ impl Table {
                 return Err(self.refuse(format!("parameter {name:?} occurs twice")));
             }
         }
+        if let Some(goal) = &self.goal
+            && !(goal.tolerance >= 0.0 && goal.tolerance.is_finite())
+        {
+            return Err(self.refuse(format!("lookup tolerance {} is not finite and >= 0", goal.tolerance)));
+        }
         let Some(between) = &self.between else { return Ok(()) };
         if between.error.is_nan() || between.error < 0.0 {
             return Err(self.refuse(format!("error between texels {} is not >= 0", between.error)));
@@ -285,6 +301,10 @@ mod tests {
             (|table| table.axes.push(Axis::mu(1).unwrap()), "3 axes"),
             (|table| table.axes[0].size = 0, "0 texels"),
             (|table| table.tolerance = f64::NAN, "tolerance NaN"),
+            (
+                |table| table.goal.as_mut().unwrap().tolerance = f64::INFINITY,
+                "lookup tolerance inf",
+            ),
             (|table| table.parameters[0].0 = "a=b".into(), "a=b"),
             (|table| table.parameters.push(table.parameters[0].clone()), "twice"),
             (

@@ -2,7 +2,7 @@
 //! ASCII, integers beyond 2^53.
 
 use super::axis::{Axis, Mapping, TexelRule};
-use super::{Between, ErrorKind, Lobe, Quantity, Table};
+use super::{Between, ErrorKind, Goal, Lobe, Quantity, Table};
 use crate::spectrum::Channels;
 use glam::DVec3;
 
@@ -23,6 +23,7 @@ pub(crate) fn scalar() -> Table {
         tolerance: 1e-6,
         evaluations: u64::MAX,
         seed: (1 << 53) + 1,
+        goal: None,
         between: None,
     }
 }
@@ -45,6 +46,10 @@ pub(crate) fn rgb_1d() -> Table {
         tolerance: 0.1 + 0.2,
         evaluations: 12345,
         seed: 0,
+        goal: Some(Goal {
+            tolerance: 1e-3 / 3.0,
+            unmet: Some("mehr \"Größe\"\nals erlaubt".into()),
+        }),
         between: Some(Between {
             error: 1.0 / 7.0,
             at: vec![1e-9 / 3.0],
@@ -66,6 +71,10 @@ pub(crate) fn grey_2d() -> Table {
         values: (0..32).map(value).collect(),
         errors: vec![DVec3::splat(1e-5); 32],
         error_kind: ErrorKind::Exact,
+        goal: Some(Goal {
+            tolerance: 0.5,
+            unmet: None,
+        }),
         between: Some(Between {
             error: 0.0,
             at: vec![0.5, 17.0],

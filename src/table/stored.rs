@@ -43,6 +43,13 @@ impl Table {
         (0..self.errors.len()).fold(0.0, |max, i| self.texel_error(i).max_element().max(max))
     }
 
+    /// Largest error that a shader may see: between texels where that was measured, and otherwise at them.
+    pub fn max_lookup_error(&self) -> f64 {
+        self.between
+            .as_ref()
+            .map_or_else(|| self.max_texel_error(), |between| between.error)
+    }
+
     /// Smallest and largest stored value.
     pub fn range(&self) -> (f64, f64) {
         (0..self.values.len()).fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), i| {

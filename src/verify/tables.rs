@@ -127,11 +127,7 @@ fn verify_entry(entry: &TableEntry, plan: &TablePlan, directory: &Path, settings
         differences.push(format!("{} has no attributes of this program", entry.file));
         return vec![contents(&entry.id, differences)];
     };
-    let stated = TableEntry {
-        bytes: entry.bytes,
-        sha256: entry.sha256.clone(),
-        ..TableEntry::new(&table, entry.file.clone(), &[])
-    };
+    let stated = TableEntry::new(&table, entry.file.clone(), entry.bytes, entry.sha256.clone());
     if stated != *entry {
         differences.push(format!("{} and the manifest state different facts", entry.file));
     }

@@ -2,9 +2,11 @@
 
 use ::exr::prelude::*;
 use glam::DVec3;
+use std::collections::BTreeMap;
 use std::io::Cursor;
 use whitefurnace::export::exr::to_bytes;
 use whitefurnace::export::manifest::{Manifest, TableEntry};
+use whitefurnace::export::sha256_hex;
 use whitefurnace::spectrum::Channels;
 use whitefurnace::table::axis::{Axis, Mapping, TexelRule};
 use whitefurnace::table::{Between, ErrorKind, Lobe, Quantity, Table};
@@ -197,6 +199,7 @@ fn tables() -> [Table; 3] {
             parameters: vec![("eta".into(), "1.5".into())],
             estimator: "quadrature".into(),
             tolerance: 1e-6,
+            goal: None,
             evaluations: u64::MAX,
             seed: 7,
             between: (!axes.is_empty()).then(|| Between {
@@ -263,9 +266,18 @@ fn image(compression: Compression, blocks: Blocks) -> Vec<u8> {
 }
 
 pub(crate) fn manifests() -> Vec<Vec<u8>> {
-    let entry = |table: Table| TableEntry::new(&table, format!("{}.exr", table.id), &to_bytes(&table).unwrap());
-    let manifest = Manifest::new("figure 7", 1, &["Größe".into()], tables().map(entry).to_vec());
-    let empty = Manifest::new("", 0, &[], vec![]);
+    let entry = |table: Table| {
+        let bytes = to_bytes(&table).unwrap();
+        TableEntry::new(
+            &table,
+            format!("{}.exr", table.id),
+            bytes.len() as u64,
+            sha256_hex(&bytes),
+        )
+    };
+    let requests = BTreeMap::from([("lobe.0".into(), "0123".into())]);
+    let manifest = Manifest::new("figure 7", 1, &["Größe".into()], tables().map(entry).to_vec(), requests);
+    let empty = Manifest::new("", 0, &[], vec![], BTreeMap::new());
     [manifest, empty]
         .map(|manifest| manifest.to_json().unwrap().into_bytes())
         .to_vec()

@@ -1,0 +1,109 @@
+//! Everything that the texels, errors and facts of a table depend on, in words.
+
+use super::choice::Wish;
+use crate::plan::TablePlan;
+use crate::table::axis::Axis;
+use std::fmt::Write;
+
+/// What `plan` asks for under `wish`: the same text for the same table, and another for any other.
+///
+/// Numbers are the shortest decimals that read back as the same f64, measured data stand for themselves by their hashes, and
+/// names are quoted, so that no two requests run into each other. Timings, threads and the order of tables are not part of it.
+pub fn request(plan: &TablePlan, wish: Option<&Wish>) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: &dyn std::fmt::Debug| {
+        // writing to a string does not fail
+        let _ = writeln!(text, "{name}: {value:?}");
+    };
+    line("id", &plan.id);
+    line("materials", &plan.materials);
+    line("integral", &(plan.quantity.name(), plan.lobe.name()));
+    line("model", &plan.model.describe());
+    line("channels", &plan.channels.count());
+    for axes in &plan.alternatives {
+        line("axes", &axes.iter().map(facts).collect::<Vec<_>>());
+    }
+    line("estimator", &plan.estimator.name());
+    line(
+        "effort",
+        &(plan.effort.tolerance, plan.effort.samples, plan.effort.seed),
+    );
+    if let Some(wish) = wish {
+        let mapping = wish.mapping.map(|mapping| mapping.name());
+        line(
+            "wish",
+            &(wish.tolerance, wish.mu, wish.roughness, wish.azimuth, mapping),
+        );
+    }
+    text
+}
+
+fn facts(axis: &Axis) -> (&str, &str, &str, f64, f64, usize) {
+    let names = (axis.parameter.as_str(), axis.mapping.name(), axis.rule.name());
+    (names.0, names.1, names.2, axis.min, axis.max, axis.size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{Plan, Request};
+    use crate::scene::Scene;
+    use crate::table::axis::Mapping;
+    use std::collections::HashSet;
+
+    fn plans(edit: impl FnOnce(&mut Request), scene: &Scene) -> Vec<TablePlan> {
+        let mut request = Request {
+            resolution: 64,
+            roughness_resolution: 32,
+            azimuth_resolution: 16,
+            mapping: None,
+            estimator: super::super::Estimator::Auto,
+            tolerance: None,
+            samples: None,
+            seed: 0,
+        };
+        edit(&mut request);
+        Plan::new(scene, &request).unwrap().tables
+    }
+
+    #[test]
+    fn whatever_changes_a_table_changes_its_request() {
+        let scene = Scene::default_scene();
+        let all = |plans: &[TablePlan], wish: Option<&Wish>| -> Vec<String> {
+            plans.iter().map(|plan| request(plan, wish)).collect()
+        };
+        let first = all(&plans(|_| {}, &scene), None);
+        assert_eq!(first, all(&plans(|_| {}, &scene), None));
+        assert_eq!(first.iter().collect::<HashSet<_>>().len(), first.len());
+        let edits: [fn(&mut Request); 5] = [
+            |request| request.resolution = 65,
+            |request| request.mapping = Some(Mapping::SqrtMu),
+            |request| request.tolerance = Some(1e-5),
+            |request| request.seed = 1,
+            |request| request.samples = Some(100),
+        ];
+        for edit in edits {
+            let changed = all(&plans(edit, &scene), None);
+            // of one table at least, and of most; a table of one texel has no resolution
+            let same = first.iter().zip(&changed).filter(|(a, b)| a == b).count();
+            assert!(same <= first.len() / 2, "{same} of {} are the same", first.len());
+        }
+        let plans = plans(|_| {}, &scene);
+        let wishes = [
+            Wish::within(1e-3),
+            Wish::within(1e-3_f64.next_up()),
+            Wish {
+                mu: Some(64),
+                ..Wish::within(1e-3)
+            },
+            Wish {
+                mapping: Some(Mapping::Mu),
+                ..Wish::within(1e-3)
+            },
+        ];
+        let mut texts: HashSet<String> = first.into_iter().collect();
+        let before = texts.len();
+        texts.extend(wishes.iter().flat_map(|wish| all(&plans, Some(wish))));
+        assert_eq!(texts.len(), before * (1 + wishes.len()));
+    }
+}
