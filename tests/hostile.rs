@@ -357,7 +357,8 @@ fn damaged_manifests_are_errors_and_lead_nowhere_else() {
     }
     let long = format!("{{\"format\":1,\"tables\":[{}]}}", "[],".repeat(6_000_000));
     for (text, part) in [
-        ("[".repeat(1_000_000), "recursion limit"),
+        ("[".repeat(1_000_000), "line 1"),
+        (format!("{{\"format\":1,\"more\":{}", "[".repeat(1_000_000)), "line 1"),
         (json.replace("\"format\": 1", "\"format\": 7"), "its format is 7"),
         (json.replace("\"format\": 1", "\"format\": 1e99"), "line 2"),
         (json[..json.len() / 2].to_owned(), "EOF"),
