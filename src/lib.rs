@@ -13,7 +13,8 @@
 //! [`verify`] and [`cost`] stand beside them, above [`integrate`]: the one tests models and tables, the other measures what
 //! accuracy costs in time; nothing below imports them.
 //!
-//! Below them stand, importing nothing above: [`geometry`], [`spectrum`], [`parameter`], [`numerics`], [`measured`]; on those [`fresnel`],
+//! Below them stand, importing nothing above: [`geometry`], [`spectrum`], [`parameter`], [`numerics`], [`printable`],
+//! [`measured`]; on those [`fresnel`],
 //! [`distribution`], [`masking`]; on those [`bxdf`]. Only [`integrate`] knows both a BxDF and a table.
 //!
 //! # Conventions
@@ -130,6 +131,8 @@ pub mod measured;
 pub mod numerics;
 pub mod parameter;
 pub mod plan;
+pub mod printable;
+mod regular;
 pub mod scene;
 pub mod spectrum;
 pub mod table;

@@ -6,13 +6,12 @@
 
 mod cli;
 
-use clap::Parser;
 use cli::Outcome;
 use std::process::ExitCode;
 
 /// 0: good, 1: a verification failed, 2: usage, input or output.
 fn main() -> ExitCode {
-    let arguments = cli::Arguments::parse();
+    let arguments = cli::Arguments::of_this_process();
     match cli::run(&arguments) {
         Ok(Outcome::Good) => ExitCode::SUCCESS,
         Ok(Outcome::Failed) => ExitCode::from(1),

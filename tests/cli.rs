@@ -602,7 +602,7 @@ fn wrong_flags_say_what_is_allowed() {
     for (arguments, parts) in [
         (&["rho", "--mu", "1.5"][..], &["--mu", "1.5", "[0, 1]"][..]),
         (&["rho", "--mu", "-0.1"], &["--mu", "-0.1", "[0, 1]"]),
-        (&["rho", "--mu", "0.5,nan"], &["--mu", "NaN", "[0, 1]"]),
+        (&["rho", "--mu", "0.5,nan"], &["--mu", "nan", "[0, 1]"]),
         (&["rho", "--mu", "half"], &["--mu", "half", "number"]),
         (&["rho", "--mu", ""], &["--mu", "number"]),
         (&["rho", "--theta-deg", "90.5"], &["--theta-deg", "90.5", "[0, 90]"]),

@@ -1,6 +1,6 @@
 //! `furnace cost`
 
-use super::{Failure, format, load, number, select};
+use super::{Failure, format, load, number, output_directory, select};
 use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::json;
@@ -39,16 +39,16 @@ pub(super) struct Cost {
     #[arg(long)]
     quick: bool,
     /// Wall seconds that the study may take, 1 to 86400: what does not fit is left out, and named.
-    #[arg(long, value_name = "S", value_parser = number::seconds)]
+    #[arg(long, value_name = "S", value_parser = number::seconds, allow_hyphen_values = true)]
     seconds: Option<f64>,
     /// Directory for data and charts.
     #[arg(long, value_name = "DIR", default_value = "outputs/cost")]
     out: PathBuf,
     /// Seed of the random streams; the same seed gives the same errors on any number of threads.
-    #[arg(long, default_value_t = 0, value_name = "N")]
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = number::seed, allow_hyphen_values = true)]
     seed: u64,
     /// Tables to compute at a time, 1 to 1024; as many as there are cores by default.
-    #[arg(long, value_name = "N", value_parser = number::threads)]
+    #[arg(long, value_name = "N", value_parser = number::threads, allow_hyphen_values = true)]
     threads: Option<usize>,
     /// Print JSON instead of text.
     #[arg(long)]
@@ -106,7 +106,7 @@ impl Cost {
             }
         };
         // an unusable directory is found before the work, not after it
-        write::create_dir(&self.out)?;
+        output_directory(&self.out)?;
         let bars = Bars::default();
         let report = run(&materials, &settings, &bars);
         bars.finish();

@@ -3,22 +3,28 @@
 use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::borrow::Cow;
 use std::io::{ErrorKind, IsTerminal, Write, stderr, stdout};
 use std::process::exit;
 use std::time::Duration;
+use whitefurnace::printable::{is_hidden, printable, printable_lines};
 
-/// A table without borders; columns named in `right` are aligned to the right.
+/// A table without borders; columns named in `right` are aligned to the right. Cells may hold the names of others.
 pub(super) fn table(header: &[&str], right: &[&str], rows: Vec<Vec<String>>) -> Table {
+    let header: Vec<String> = header.iter().map(|name| printable(name)).collect();
+    let rows = rows
+        .iter()
+        .map(|row| row.iter().map(|cell| printable(cell)).collect::<Vec<String>>());
     let mut table = Table::new();
     table
         .load_style(presets::NOTHING)
         .set_content_arrangement(ContentArrangement::Disabled);
-    table.set_header(header.to_vec());
+    table.set_header(header.clone());
     table.add_rows(rows);
     for (index, name) in header.iter().enumerate() {
         if let Some(column) = table.column_mut(index) {
             column.set_padding((0, 2));
-            if right.contains(name) {
+            if right.contains(&name.as_str()) {
                 column.set_cell_alignment(CellAlignment::Right);
             }
         }
@@ -26,20 +32,55 @@ pub(super) fn table(header: &[&str], right: &[&str], rows: Vec<Vec<String>>) -> 
     table
 }
 
-/// Prints lines to standard output.
+/// Prints lines, text or JSON, to standard output, harmless to a terminal whatever names they hold: see [`escaped`].
 ///
 /// A reader that goes away is no error of ours. Any other failure ends the program with exit code 2: output that is not
 /// there must not look like success.
 pub(super) fn say(text: impl AsRef<str>) {
     let mut out = stdout().lock();
     for line in text.as_ref().lines() {
-        if let Err(error) = writeln!(out, "{}", line.trim_end()) {
+        if let Err(error) = writeln!(out, "{}", escaped(line.trim_end())) {
             if error.kind() != ErrorKind::BrokenPipe {
                 eprintln!("error: cannot write to standard output: {error}");
                 exit(2);
             }
             return;
         }
+    }
+}
+
+/// Characters that act on a terminal or hide, written as JSON writes them in strings, `\u001b`. So JSON stays the JSON that it was,
+/// where nothing else may hold such characters, and a person sees what there is.
+fn escaped(line: &str) -> Cow<'_, str> {
+    let acts = |c: char| is_hidden(c) && c != '\t';
+    if !line.contains(acts) {
+        return line.into();
+    }
+    let mut text = String::new();
+    for c in line.chars() {
+        if acts(c) {
+            let units = &mut [0; 2];
+            text.extend(c.encode_utf16(units).iter().map(|unit| format!("\\u{unit:04x}")));
+        } else {
+            text.push(c);
+        }
+    }
+    text.into()
+}
+
+/// Prints to standard error.
+pub(super) fn note(text: impl AsRef<str>) {
+    eprintln!("note: {}", printable_lines(text.as_ref()));
+}
+
+/// Some of the names, and how many more there are.
+pub(super) fn some<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
+    const MOST: usize = 40;
+    let more = names.len().saturating_sub(MOST);
+    let shown = names.take(MOST).collect::<Vec<_>>().join(", ");
+    match more {
+        0 => shown,
+        more => format!("{shown} and {} more", count(more as u64)),
     }
 }
 
@@ -131,6 +172,29 @@ mod tests {
         assert_eq!(error(9.96e-3), "1.0e-2");
         assert_eq!(error(0.0), "0.0e0");
         assert_eq!(error(f64::INFINITY), "unbounded");
+    }
+
+    #[test]
+    fn what_acts_on_a_terminal_is_escaped_and_json_stays_the_same() {
+        let name = "gold\u{1b}[2J\u{9b}m\u{7f}\u{202e}\u{e0041}é👩\u{200d}🔬\t\"\\";
+        let json = serde_json::to_string(name).unwrap();
+        let shown = escaped(&json);
+        assert!(!shown.chars().any(is_hidden), "{shown}");
+        assert_eq!(serde_json::from_str::<String>(&shown).unwrap(), name);
+        assert_eq!(escaped("a\u{1b}b"), "a\\u001bb");
+        let rows = vec![vec!["a\nb\u{1b}".to_string()]];
+        assert_eq!(
+            table(&["x"], &[], rows).to_string().lines().nth(1).map(str::trim_end),
+            Some("a\u{fffd}b\u{fffd}")
+        );
+    }
+
+    #[test]
+    fn long_lists_are_cut() {
+        let names: Vec<String> = (0..1041).map(|i| i.to_string()).collect();
+        let names = || names.iter().map(String::as_str);
+        assert_eq!(some(names().take(3)), "0, 1, 2");
+        assert!(some(names()).ends_with("38, 39 and 1 001 more"));
     }
 
     #[test]

@@ -3,10 +3,10 @@
 use super::{Failure, bake::place, format};
 use clap::Args;
 use serde_json::{Value, json};
-use std::fs;
 use std::path::PathBuf;
 use whitefurnace::export::manifest::{self, Manifest, TableEntry};
 use whitefurnace::export::read::{Contents, ForeignChannel, ForeignLayer, TableFile, read_exr};
+use whitefurnace::printable::printable;
 use whitefurnace::table::Table;
 
 /// Arguments of `furnace inspect`.
@@ -29,7 +29,7 @@ impl Inspect {
         let standing = against_manifest(&file);
         format::say(format!(
             "{}, {} bytes, sha256 {}{standing}\n\n",
-            file.path.display(),
+            printable(&file.path.display().to_string()),
             file.bytes,
             file.sha256
         ));
@@ -44,10 +44,7 @@ impl Inspect {
 /// What the manifest beside the file says of it: header text is not covered by the hash of the samples.
 fn against_manifest(file: &TableFile) -> String {
     let beside = file.path.with_file_name(manifest::FILE_NAME);
-    let Some(manifest) = fs::read_to_string(beside)
-        .ok()
-        .and_then(|json| Manifest::from_json(&json).ok())
-    else {
+    let Ok(manifest) = Manifest::read(&beside) else {
         return String::new();
     };
     let name = file.path.file_name().map(|name| name.to_string_lossy().into_owned());
@@ -115,7 +112,8 @@ fn report(table: &Table, version: &str) {
         ));
     }
     for (name, fact) in facts {
-        format::say(format!("{name:<13} {fact}"));
+        // a line for each, whatever it holds
+        format::say(format!("{name:<13} {}", printable(&fact)));
     }
     format::say(format!("\n{}", samples(table)));
 }
@@ -154,11 +152,11 @@ fn samples(table: &Table) -> comfy_table::Table {
 }
 
 fn report_foreign(layer: &ForeignLayer) {
-    let name = layer.name.as_deref().unwrap_or("image");
+    let name = printable(layer.name.as_deref().unwrap_or("image"));
     let [width, height] = layer.size;
     format::say(format!(
         "{name}: {width} x {height}, written by {}",
-        layer.software.as_deref().unwrap_or("unknown")
+        printable(layer.software.as_deref().unwrap_or("unknown"))
     ));
     for channel in &layer.channels {
         let fact = match &channel.samples {
@@ -174,7 +172,7 @@ fn report_foreign(layer: &ForeignLayer) {
                 }
             }
         };
-        format::say(format!("  {} ({}): {fact}", channel.name, channel.kind));
+        format::say(format!("  {} ({}): {fact}", printable(&channel.name), channel.kind));
     }
     format::say("It has no attributes of whitefurnace: axes, texel rule and errors are unknown.");
 }

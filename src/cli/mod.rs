@@ -13,10 +13,13 @@ use clap::{Args, Parser, Subcommand};
 use std::error::Error;
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::process::exit;
 use whitefurnace::bxdf::Model;
 use whitefurnace::estimate::{Effort, Estimator, default_tolerance};
+use whitefurnace::export::write;
 use whitefurnace::integrate::choice::Wish;
 use whitefurnace::plan::Request;
+use whitefurnace::printable::{is_hidden, printable_lines};
 use whitefurnace::scene::{Material, Scene};
 use whitefurnace::table::axis::Mapping;
 
@@ -40,6 +43,21 @@ Exit codes: 0 good, 1 a verification failed, 2 wrong usage, input or output.";
 pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Command,
+}
+
+impl Arguments {
+    /// The arguments of this process. Wrong ones end it with exit code 2, and a request for help with 0.
+    pub(crate) fn of_this_process() -> Self {
+        Self::try_parse().unwrap_or_else(|error| {
+            // the shell may have put the names of others here
+            let text = error.to_string();
+            if error.use_stderr() && text.contains(|c: char| is_hidden(c) && c != '\n') {
+                eprint!("{}", printable_lines(&text));
+                exit(2)
+            }
+            error.exit()
+        })
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -69,16 +87,16 @@ struct Common {
     estimator: Estimator,
     /// Largest absolute error, 1e-12 to 0.5: of any value, and of bake and plan of any lookup in a table, whose sizes are
     /// then chosen. By default 1e-6 for values and texels, and 1e-2 for irregular measured samples.
-    #[arg(long, value_name = "ERROR", value_delimiter = ',', value_parser = number::tolerance)]
+    #[arg(long, value_name = "ERROR", value_delimiter = ',', value_parser = number::tolerance, allow_hyphen_values = true)]
     tolerance: Vec<f64>,
     /// Fixed number of Monte Carlo samples instead of the tolerance, 2 to 2^40.
-    #[arg(long, value_name = "N", value_parser = number::samples)]
+    #[arg(long, value_name = "N", value_parser = number::samples, allow_hyphen_values = true)]
     samples: Option<u64>,
     /// Seed of the random streams; the same seed gives the same bytes on any number of threads.
-    #[arg(long, default_value_t = 0, value_name = "N")]
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = number::seed, allow_hyphen_values = true)]
     seed: u64,
     /// Threads to use, 1 to 1024; as many as there are cores by default.
-    #[arg(long, value_name = "N", value_parser = number::threads)]
+    #[arg(long, value_name = "N", value_parser = number::threads, allow_hyphen_values = true)]
     threads: Option<usize>,
     /// Print JSON instead of text.
     #[arg(long)]
@@ -89,13 +107,13 @@ struct Common {
 #[derive(Debug, Args)]
 struct Shape {
     /// Texels along mu, 2 to 16384; 64, or with --tolerance as many as it takes.
-    #[arg(long, value_name = "N", value_parser = number::resolution)]
+    #[arg(long, value_name = "N", value_parser = number::resolution, allow_hyphen_values = true)]
     resolution: Option<usize>,
     /// Texels along a roughness axis, 2 to 16384; 32, or with --tolerance as many as it takes.
-    #[arg(long, value_name = "N", value_parser = number::resolution)]
+    #[arg(long, value_name = "N", value_parser = number::resolution, allow_hyphen_values = true)]
     roughness_resolution: Option<usize>,
     /// Texels along the azimuth of anisotropic materials, 2 to 16384; 16, or with --tolerance as many as it takes.
-    #[arg(long, value_name = "N", value_parser = number::resolution)]
+    #[arg(long, value_name = "N", value_parser = number::resolution, allow_hyphen_values = true)]
     azimuth_resolution: Option<usize>,
     /// Mapping of the mu axis: mu, sqrt-mu, fourth-root-mu, or auto, which keeps the one that serves best.
     #[arg(long, default_value = "auto", value_name = "MAPPING", value_parser = number::mapping)]
@@ -119,7 +137,7 @@ impl<E: Into<Box<dyn Error + Send + Sync>>> From<E> for Failure {
 impl Failure {
     /// Writes the error and those of its causes that it does not quote to standard error.
     pub(crate) fn tell(&self) {
-        eprintln!("error: {self}");
+        eprintln!("error: {}", printable_lines(&self.to_string()));
     }
 }
 
@@ -168,6 +186,23 @@ fn load(path: Option<&Path>) -> Result<Scene, Failure> {
     })
 }
 
+/// Makes the directory that `--out` names.
+fn output_directory(path: &Path) -> Result<(), Failure> {
+    write::create_dir(path).map_err(|error| {
+        let failure = Failure::from(error);
+        let missing = || path.ancestors().take_while(|part| !part.as_os_str().is_empty());
+        // the system says what is wrong with the whole path: whose fault it is stands in its existing part
+        let hint = match missing().find(|part| part.exists()) {
+            Some(there) if there != path => format!(
+                "--out names a directory that can be made, and {} takes none of that name",
+                there.display()
+            ),
+            _ => "--out names a directory that can be made and written into".into(),
+        };
+        format!("{failure}; {hint}").into()
+    })
+}
+
 /// The materials called `names`, or all when there are none.
 fn select<'a>(materials: &'a [Material], names: &[String]) -> Result<Vec<&'a Material>, Failure> {
     if names.is_empty() {
@@ -175,8 +210,8 @@ fn select<'a>(materials: &'a [Material], names: &[String]) -> Result<Vec<&'a Mat
     }
     let find = |name: &String| {
         materials.iter().find(|material| material.name == *name).ok_or_else(|| {
-            let known: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
-            format!("the scene has no material `{name}`; it has {}", known.join(", "))
+            let known = format::some(materials.iter().map(|material| material.name.as_str()));
+            format!("the scene has no material `{name}`; it has {known}")
         })
     };
     Ok(names.iter().map(find).collect::<Result<_, String>>()?)
@@ -199,7 +234,9 @@ impl Common {
     fn tell_unused(&self) {
         if self.samples.is_some() && !matches!(self.estimator, Estimator::MonteCarlo { .. }) {
             let estimator = self.estimator;
-            eprintln!("note: --samples has no effect on --estimator {estimator}, which meets the tolerance instead");
+            format::note(format!(
+                "--samples has no effect on --estimator {estimator}, which meets the tolerance instead"
+            ));
         }
     }
 

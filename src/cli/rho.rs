@@ -189,7 +189,7 @@ impl Rho {
                 let mut estimate = match result {
                     // the other rows are worth having
                     Err(error @ IntegrateError::Diverges(_)) => {
-                        bar.suspend(|| eprintln!("note: {}", failed(&error)));
+                        bar.suspend(|| format::note(failed(&error)));
                         refused.set(refused.get() + 1);
                         continue;
                     }

@@ -34,16 +34,16 @@ pub(super) struct Verify {
     #[arg(long, value_name = "DIR")]
     tables: Option<PathBuf>,
     /// Probability that everything passes when everything is right, above 0.5 and below 1.
-    #[arg(long, default_value = "0.999", value_name = "P", value_parser = number::confidence)]
+    #[arg(long, default_value = "0.999", value_name = "P", value_parser = number::confidence, allow_hyphen_values = true)]
     confidence: f64,
     /// Findings are failures.
     #[arg(long)]
     strict: bool,
     /// Seed of the random streams; the same seed gives the same report on any number of threads.
-    #[arg(long, default_value_t = 0, value_name = "N")]
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = number::seed, allow_hyphen_values = true)]
     seed: u64,
     /// Threads to use, 1 to 1024; as many as there are cores by default.
-    #[arg(long, value_name = "N", value_parser = number::threads)]
+    #[arg(long, value_name = "N", value_parser = number::threads, allow_hyphen_values = true)]
     threads: Option<usize>,
     /// Print JSON instead of text.
     #[arg(long)]

@@ -1,14 +1,25 @@
 //! `manifest.json`: all tables of a scene with the facts of their files, and which material uses which.
 
 use super::{ExportError, FORMAT, SOFTWARE, VERSION};
+use crate::regular;
 use crate::table::axis::Axis;
 use crate::table::{Between, Table};
-use serde::{Deserialize, Serialize};
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::fmt;
+use std::io::Read;
+use std::path::Path;
 
 /// Name of the manifest in the directory of the tables.
 pub const FILE_NAME: &str = "manifest.json";
+
+/// Longest manifest that is read, in bytes: a table takes some 1300.
+pub const MAX_BYTES: u64 = 1 << 28;
+
+/// Most brackets, braces and commas in a manifest that is read: a table has some 50, and each may cost a hundred bytes of memory.
+pub const MAX_PARTS: usize = 1 << 24;
 
 /// Everything that was written for one scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -55,7 +66,8 @@ pub struct TableEntry {
     pub axes: Vec<AxisEntry>,
     /// Materials that use the table.
     pub materials: Vec<String>,
-    /// Parameters that are constant over the table, by name.
+    /// Parameters that are constant over the table, by name; all are strings.
+    #[serde(deserialize_with = "strings")]
     pub parameters: Map<String, Value>,
     /// Name of the estimator.
     pub estimator: String,
@@ -185,13 +197,15 @@ impl Manifest {
         tables: Vec<TableEntry>,
         requests: BTreeMap<String, String>,
     ) -> Self {
+        let mut of: HashMap<&str, Vec<String>> = HashMap::new();
+        for table in &tables {
+            for name in &table.materials {
+                of.entry(name).or_default().push(table.id.clone());
+            }
+        }
         let users = |name: &String| MaterialEntry {
             name: name.clone(),
-            tables: tables
-                .iter()
-                .filter(|table| table.materials.contains(name))
-                .map(|table| table.id.clone())
-                .collect(),
+            tables: of.get(name.as_str()).cloned().unwrap_or_default(),
         };
         let materials = materials.iter().map(users).collect();
         Self {
@@ -221,6 +235,59 @@ impl Manifest {
     pub fn from_json(json: &str) -> Result<Self, ExportError> {
         Ok(serde_json::from_str(json)?)
     }
+
+    /// The manifest in the file at `path`.
+    ///
+    /// # Errors
+    /// [`ExportError::Io`] when the system refuses or it is no regular file; [`ExportError::Unreadable`] when it is longer than
+    /// [`MAX_BYTES`], has more parts than [`MAX_PARTS`], is damaged, or is of another layout.
+    pub fn read(path: &Path) -> Result<Self, ExportError> {
+        let unreadable = |reason: String| ExportError::Unreadable {
+            path: path.to_path_buf(),
+            reason,
+        };
+        let (file, _) = regular::open(path).map_err(ExportError::io("read", path))?;
+        let mut json = Vec::new();
+        let read = file.take(MAX_BYTES + 1).read_to_end(&mut json);
+        read.map_err(ExportError::io("read", path))?;
+        if json.len() as u64 > MAX_BYTES {
+            return Err(unreadable(format!("it is longer than {MAX_BYTES} bytes")));
+        }
+        if json.iter().filter(|byte| b"[{,".contains(byte)).count() > MAX_PARTS {
+            return Err(unreadable(format!(
+                "it has more than {MAX_PARTS} brackets, braces and commas"
+            )));
+        }
+        let manifest: Self = serde_json::from_slice(&json).map_err(|error| unreadable(error.to_string()))?;
+        if manifest.format != FORMAT {
+            let found = manifest.format;
+            return Err(unreadable(format!(
+                "its format is {found}, where this version reads {FORMAT}"
+            )));
+        }
+        Ok(manifest)
+    }
+}
+
+/// Strings by name. Other values are refused: arrays within arrays would cost many times what they take in the file.
+fn strings<'de, D: Deserializer<'de>>(from: D) -> Result<Map<String, Value>, D::Error> {
+    struct Strings;
+    impl<'de> Visitor<'de> for Strings {
+        type Value = Map<String, Value>;
+
+        fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+            formatter.write_str("strings by name")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut pairs: A) -> Result<Self::Value, A::Error> {
+            let mut all = Map::new();
+            while let Some((name, value)) = pairs.next_entry()? {
+                all.insert(name, Value::String(value));
+            }
+            Ok(all)
+        }
+    }
+    from.deserialize_map(Strings)
 }
 
 #[cfg(test)]

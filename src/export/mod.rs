@@ -9,6 +9,7 @@ pub mod read;
 pub mod store;
 pub mod write;
 
+use crate::printable::printable;
 use crate::table::TableError;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -28,7 +29,7 @@ pub enum ExportError {
     #[error(transparent)]
     Table(#[from] TableError),
     /// The system refused.
-    #[error("cannot {action} {}", path.display())]
+    #[error("cannot {action} {}", shown(path))]
     Io {
         /// What was tried: `write`, `read`, `create directory`, ...
         action: &'static str,
@@ -38,7 +39,7 @@ pub enum ExportError {
         source: std::io::Error,
     },
     /// A file stands where a directory is needed.
-    #[error("cannot create directory {}: {} is a file", path.display(), file.display())]
+    #[error("cannot create directory {}: {} is a file", shown(path), shown(file))]
     NotADirectory {
         /// The directory asked for.
         path: PathBuf,
@@ -63,7 +64,7 @@ pub enum ExportError {
         reason: String,
     },
     /// A file that is damaged, too large, or not what it is taken for.
-    #[error("cannot read {}: {reason}", path.display())]
+    #[error("cannot read {}: {}", shown(path), printable(reason))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -73,6 +74,10 @@ pub enum ExportError {
     /// A manifest that is no JSON or lacks facts.
     #[error("the manifest cannot be read or written")]
     Manifest(#[from] serde_json::Error),
+}
+
+fn shown(path: &Path) -> String {
+    printable(&path.display().to_string())
 }
 
 impl ExportError {

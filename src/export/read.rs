@@ -1,7 +1,9 @@
 //! Files back into tables. Our own come back completely; of others it says what they hold.
 //!
 //! A file is input like any other: it may be cut short, damaged, or announce more than memory holds. What its header
-//! announces is checked against fixed limits and against the length of the file before anything is allocated.
+//! announces is checked against fixed limits and against the length of the file before anything is allocated. Reading takes
+//! at most the length of the file and [`MAX_SAMPLE_BYTES`] together, twice the latter for a table of ours, and a header a
+//! hundred times [`MAX_HEADER_BYTES`].
 //!
 //! Samples in B44, DWA or several resolutions are not decoded. No table of worth is kept so, and on damaged blocks the
 //! decoders at hand overflow (B44), allocate whatever the block asks for, which ends the process (DWA), or take one
@@ -10,6 +12,7 @@
 use super::attributes::{self, Facts};
 use super::exr::{ERROR_LAYER, channel_names, sample_hash};
 use super::{ExportError, sha256_hex};
+use crate::regular;
 use crate::spectrum::Channels;
 use crate::table::Table;
 use ::exr::image::read::image::ReadLayers;
@@ -20,18 +23,21 @@ use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, MetaData};
 use ::exr::prelude::Compression;
 use glam::DVec3;
-use std::fs::File;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 
 /// Longest file that is read, in bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Most pixels that a file may announce.
-pub const MAX_PIXELS: u64 = 1 << 28;
+pub const MAX_PIXELS: u64 = 1 << 26;
 /// Most bytes of samples that a file may announce.
-pub const MAX_SAMPLE_BYTES: u64 = 1 << 32;
+pub const MAX_SAMPLE_BYTES: u64 = 1 << 30;
+/// Most bytes that the headers of a file may take together.
+pub const MAX_HEADER_BYTES: usize = 1 << 22;
 /// The strongest compression believed: deflate reaches 1032 to 1.
 const MAX_COMPRESSION: u64 = 1100;
+/// The least that a block of samples takes: its offset, its place and its length.
+const CHUNK_BYTES: u64 = 16;
 
 /// An OpenEXR file and what it holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,12 +107,19 @@ pub struct SampleSummary {
 /// [`ExportError::Io`] when the system refuses, [`ExportError::Unreadable`] when the file is no OpenEXR file, damaged,
 /// cut short, larger than the limits of this module, or contradicts its own header.
 pub fn read_exr(path: &Path) -> Result<TableFile, ExportError> {
-    let bytes = read_limited(path)?;
-    let contents = decode(&bytes).map_err(|reason| unreadable(path, reason))?;
+    parse_exr(path, &read_limited(path)?)
+}
+
+/// The same from the bytes of the file, which messages call `path`.
+///
+/// # Errors
+/// [`ExportError::Unreadable`] as [`read_exr`].
+pub fn parse_exr(path: &Path, bytes: &[u8]) -> Result<TableFile, ExportError> {
+    let contents = decode(bytes).map_err(|reason| unreadable(path, reason))?;
     Ok(TableFile {
         path: path.to_path_buf(),
         bytes: bytes.len() as u64,
-        sha256: sha256_hex(&bytes),
+        sha256: sha256_hex(bytes),
         contents,
     })
 }
@@ -116,10 +129,10 @@ fn unreadable(path: &Path, reason: String) -> ExportError {
     ExportError::Unreadable { path, reason }
 }
 
-/// The bytes of a file that begins like OpenEXR. The first four are looked at alone, so that an endless device or an
-/// archive given by mistake is not read into memory.
+/// The bytes of a regular file that begins like OpenEXR. The first four are looked at alone, so that an archive given by
+/// mistake is not read into memory.
 fn read_limited(path: &Path) -> Result<Vec<u8>, ExportError> {
-    let file = File::open(path).map_err(ExportError::io("read", path))?;
+    let (file, _) = regular::open(path).map_err(ExportError::io("read", path))?;
     let mut bytes = Vec::new();
     let take = |most: u64, bytes: &mut Vec<u8>| {
         let read = (&file).take(most).read_to_end(bytes);
@@ -138,7 +151,14 @@ fn read_limited(path: &Path) -> Result<Vec<u8>, ExportError> {
 
 /// What the bytes of a file hold, or what is wrong with them.
 fn decode(bytes: &[u8]) -> Result<Contents, String> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    let head = &bytes[..bytes.len().min(MAX_HEADER_BYTES)];
+    let meta = MetaData::read_from_buffered(Cursor::new(head), false).map_err(|error| {
+        if head.len() < bytes.len() {
+            format!("{error} (headers have at most {MAX_HEADER_BYTES} bytes)")
+        } else {
+            error.to_string()
+        }
+    })?;
     check_announced(&meta.headers, bytes.len() as u64)?;
     if let Some(header) = meta.headers.iter().find(|header| !is_decodable(header)) {
         return match attributes::is_ours(&header.own_attributes.other) {
@@ -178,7 +198,7 @@ fn is_decodable(header: &Header) -> bool {
 
 /// Refuses headers that announce more than the limits, or more than the file can hold.
 fn check_announced(headers: &[Header], file_bytes: u64) -> Result<(), String> {
-    let mut samples = 0u64;
+    let (mut samples, mut chunks) = (0u64, 0u64);
     for header in headers {
         let [width, height] = [header.layer_size.width(), header.layer_size.height()].map(|size| size as u64);
         let pixels = width.saturating_mul(height);
@@ -190,11 +210,17 @@ fn check_announced(headers: &[Header], file_bytes: u64) -> Result<(), String> {
                 "its header announces {width} x {height} pixels, where {MAX_PIXELS} are allowed"
             ));
         }
+        chunks = chunks.saturating_add(header.chunk_count as u64);
         samples = samples.saturating_add(pixels.saturating_mul(header.channels.bytes_per_pixel as u64));
     }
     if samples > MAX_SAMPLE_BYTES {
         return Err(format!(
             "its header announces {samples} bytes of samples, where {MAX_SAMPLE_BYTES} are allowed"
+        ));
+    }
+    if chunks > file_bytes / CHUNK_BYTES {
+        return Err(format!(
+            "its header announces {chunks} blocks of samples, which {file_bytes} bytes of file cannot hold"
         ));
     }
     if samples > file_bytes.saturating_mul(MAX_COMPRESSION) {

@@ -12,9 +12,10 @@
 //! would take each other's files apart; a lock on the directory, which the system drops with the process, keeps the second out.
 
 use super::manifest::{self, Manifest};
-use super::read::{Contents, MAX_FILE_BYTES, read_exr};
+use super::read::{Contents, read_exr};
 use super::write::{create_dir, sync_dir, write_checked_later, write_whole};
 use super::{ExportError, FORMAT, VERSION, sha256_hex};
+use crate::regular;
 use crate::table::Table;
 use std::collections::HashMap;
 use std::fs::{self, File, TryLockError};
@@ -154,7 +155,7 @@ impl Store {
             let source = ErrorKind::IsADirectory.into();
             return Err(ExportError::io("write", taken)(source));
         }
-        let is_new = fs::read(&last).map_or(true, |bytes| bytes != json.as_bytes());
+        let is_new = !holds(&last, json.as_bytes());
         if is_new {
             write_whole(&pending, json.as_bytes())?;
         }
@@ -196,6 +197,15 @@ impl Store {
     }
 }
 
+/// Whether the regular file at `path` holds `bytes` and nothing else.
+fn holds(path: &Path, bytes: &[u8]) -> bool {
+    let same = |(mut file, length): (File, u64)| {
+        let mut found = Vec::new();
+        length == bytes.len() as u64 && file.read_to_end(&mut found).is_ok() && found == bytes
+    };
+    regular::open(path).is_ok_and(same)
+}
+
 /// Name of the waiting file with this key and this hash.
 fn waiting_name(key: &str, sha256: &str) -> String {
     let part = |text: &str| text.get(..DIGITS).unwrap_or(text).to_owned();
@@ -225,10 +235,9 @@ fn waiting_in(waiting: &Path) -> Result<Vec<(String, Found)>, ExportError> {
 
 /// What the manifest at `path` says to be in place, by key; nothing when there is none that can be read.
 fn in_place(directory: &Path, path: &Path) -> Vec<(String, Found)> {
-    let mut json = String::new();
-    let read = File::open(path).and_then(|file| file.take(MAX_FILE_BYTES).read_to_string(&mut json));
-    let manifest = read.ok().and_then(|_| Manifest::from_json(&json).ok());
-    let Some(manifest) = manifest else { return Vec::new() };
+    let Ok(manifest) = Manifest::read(path) else {
+        return Vec::new();
+    };
     let known = |entry: manifest::TableEntry| {
         let key = manifest.requests.get(&entry.id)?.get(..DIGITS)?.to_owned();
         // a manifest may come from anybody: no way out of the directory

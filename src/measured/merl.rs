@@ -16,12 +16,12 @@
 
 use super::MeasuredError;
 use crate::geometry::Polar;
+use crate::regular;
 use crate::spectrum::Channels;
 use glam::DVec3;
 use sha2::{Digest, Sha256};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
-use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 use std::path::Path;
 
@@ -114,18 +114,12 @@ impl MerlTable {
     pub fn read(path: impl AsRef<Path>) -> Result<Self, MeasuredError> {
         let path = path.as_ref();
         let name = path.display().to_string();
-        let unreadable = |reason| MeasuredError::Unreadable {
+        let (file, length) = regular::open(path).map_err(|reason| MeasuredError::Unreadable {
             path: name.clone(),
             reason,
-        };
-        let file = File::open(path).map_err(unreadable)?;
-        let about = file.metadata().map_err(unreadable)?;
-        if about.is_dir() {
-            return Err(unreadable(io::ErrorKind::IsADirectory.into()));
-        }
-        // a pipe has no size; what comes out of it is counted instead
-        if about.is_file() && about.len() != FILE_BYTES {
-            return Err(wrong_size(&name, about.len()));
+        })?;
+        if length != FILE_BYTES {
+            return Err(wrong_size(&name, length));
         }
         Self::read_from(file, &name)
     }

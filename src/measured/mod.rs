@@ -9,6 +9,7 @@ pub mod index;
 pub mod irregular;
 pub mod merl;
 
+use crate::printable::printable;
 use thiserror::Error;
 
 /// A data file that cannot be used.
@@ -17,7 +18,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum MeasuredError {
     /// The file could not be opened or read.
-    #[error("{path}: cannot be read: {reason}")]
+    #[error("{}: cannot be read: {reason}", printable(path))]
     Unreadable {
         /// The file as it was named.
         path: String,
@@ -25,7 +26,7 @@ pub enum MeasuredError {
         reason: std::io::Error,
     },
     /// The file is longer or shorter than any file of its kind.
-    #[error("{path}: {bytes} bytes are not allowed: {allowed}")]
+    #[error("{}: {bytes} bytes are not allowed: {allowed}", printable(path))]
     Size {
         /// The file as it was named.
         path: String,
@@ -35,7 +36,7 @@ pub enum MeasuredError {
         allowed: String,
     },
     /// Something in the file is not what it has to be.
-    #[error("{path}: {place}: {what}")]
+    #[error("{}: {place}: {what}", printable(path))]
     Refused {
         /// The file as it was named.
         path: String,

@@ -2,6 +2,7 @@
 
 use super::error::SceneError;
 use super::facets::{DISTRIBUTION_RULE, FRESNEL_RULE, distribution, fresnel};
+use super::library::Library;
 use super::spec::ModelSpec;
 use super::table::{Entry, Rule, Table};
 use super::vocabulary::{BXDFS, BxdfType, COUPLINGS, MASKINGS, TRANSPORTS};
@@ -9,13 +10,10 @@ use crate::bxdf::{
     Coupling, Flags, FresnelSpecular, HalfAngle, Irregular, Lambertian, OrenNayar, SpecularReflection,
     SpecularTransmission, Transport,
 };
-use crate::measured::irregular::IrregularSamples;
-use crate::measured::merl::MerlTable;
 use crate::parameter::{
     ETA_A, ETA_B, KD, KS, Legal, ParameterError, RD, REFLECTANCE, RS, SCALE, SIGMA_DEG, TRANSMITTANCE,
 };
 use crate::spectrum::Spectrum;
-use std::sync::Arc;
 
 pub(super) const BXDF_RULE: &str = "bxdf is a table with a type and its parameters";
 
@@ -156,15 +154,13 @@ fn sum(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
 fn merl(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     table.only("merl", &["type", "path"])?;
     let entry = table.required("path", &PATH_RULE)?;
-    let data = MerlTable::read(entry.path()?).map_err(|error| entry.unusable(&error))?;
-    Ok(ModelSpec::HalfAngle(HalfAngle::new(Arc::new(data))))
+    Ok(ModelSpec::HalfAngle(HalfAngle::new(entry.data(Library::merl)?)))
 }
 
 fn irregular(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     table.only("irregular", &["type", "path"])?;
     let entry = table.required("path", &PATH_RULE)?;
-    let data = IrregularSamples::read(&entry.path()?).map_err(|error| entry.unusable(&error))?;
-    Ok(ModelSpec::Irregular(Irregular::new(Arc::new(data))))
+    Ok(ModelSpec::Irregular(Irregular::new(entry.data(Library::irregular)?)))
 }
 
 const PATH_RULE: &str = "path is the name of a file, relative to the scene file";

@@ -1,5 +1,6 @@
 //! What a scene that cannot be used gets told: where, which value, and what is allowed.
 
+use crate::printable::printable;
 use std::fmt;
 use thiserror::Error;
 
@@ -16,23 +17,31 @@ const CUT: &str = "...";
 #[derive(Debug, Error)]
 pub enum SceneError {
     /// The file could not be opened or read.
-    #[error("{path}: cannot be read: {reason}")]
+    #[error("{}: cannot be read: {reason}", printable(path))]
     Unreadable {
         /// The file as it was named.
         path: String,
         /// What the system said.
         reason: std::io::Error,
     },
-    /// The file is larger than any scene; it was not read.
-    #[error("{path}: is larger than {limit} bytes, the most that a scene may hold")]
+    /// There is more in the file than in any scene; it was not read, or not parsed.
+    #[error(
+        "{}: more than {limit} {what} are not allowed: that is the most that a scene may hold",
+        printable(path)
+    )]
     TooLarge {
         /// The file as it was named.
         path: String,
-        /// Largest size in bytes.
+        /// What there is too much of.
+        what: &'static str,
+        /// The most that is allowed.
         limit: usize,
     },
     /// The file is not text.
-    #[error("{path}: byte {offset} (counted from 0) is not UTF-8; a scene is a UTF-8 text file")]
+    #[error(
+        "{}: byte {offset} (counted from 0) is not UTF-8; a scene is a UTF-8 text file",
+        printable(path)
+    )]
     NotUtf8 {
         /// The file as it was named.
         path: String,
@@ -81,7 +90,8 @@ impl Refusal {
             file: printable(file),
             line,
             column,
-            message,
+            // it may quote names of files
+            message: printable(&message),
             excerpt: Excerpt::new(content, column - 1, length, width),
         }
     }
@@ -140,18 +150,6 @@ fn gutter(line: usize) -> String {
     format!(" {line} | ")
 }
 
-/// `text` with one visible character for every control character: a tab would shift the caret, and other controls would
-/// speak to the terminal.
-pub(super) fn printable(text: &str) -> String {
-    text.chars()
-        .map(|c| match c {
-            '\t' => ' ',
-            c if c.is_control() => char::REPLACEMENT_CHARACTER,
-            c => c,
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -185,6 +183,10 @@ mod tests {
 
     #[test]
     fn controls_do_not_reach_the_terminal() {
-        assert_eq!(printable("a\u{1b}[31m\tb"), "a\u{fffd}[31m b");
+        let refusal = Refusal::new("a\u{1b}.toml", (1, 1), "\u{202e}x", 1, "b\u{9b}\nc".to_owned());
+        assert_eq!(
+            refusal.to_string(),
+            "a\u{fffd}.toml:1:1: b\u{fffd}\u{fffd}c\n 1 | \u{fffd}x\n   | ^"
+        );
     }
 }

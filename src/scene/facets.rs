@@ -1,12 +1,13 @@
 //! Distributions of normals and Fresnel terms of a scene.
 
 use super::error::SceneError;
+use super::library::Library;
 use super::spec::{DistributionSpec, Roughness};
 use super::table::{Entry, Rule, Table};
 use super::vocabulary::{DISTRIBUTIONS, DistributionType, FRESNELS, FresnelType};
 use crate::distribution::{Anisotropic, Elliptic};
 use crate::fresnel::Fresnel;
-use crate::measured::index::{ConductorIndex, NAMES, read_spd};
+use crate::measured::index::{ConductorIndex, NAMES};
 use crate::parameter::{ETA, EXTINCTION, Legal, R0};
 use crate::spectrum::Spectrum;
 
@@ -135,7 +136,7 @@ fn conductor_index(table: &Table<'_>, what: &str) -> Result<(Spectrum, Spectrum)
                 "is not allowed: metal is one of {names}; others are numbers eta and k, two files, or a table nk"
             ))
         })?,
-        (None, Some(nk)) => ConductorIndex::read_yaml(&nk.path()?).map_err(|error| nk.unusable(&error))?,
+        (None, Some(nk)) => *nk.data(Library::index)?,
         (Some(_), Some(nk)) => return Err(nk.refuse("is not allowed beside metal: a conductor has either")),
     };
     for key in ["eta", "k"] {
@@ -154,9 +155,8 @@ fn eta_and_k(table: &Table<'_>) -> Result<(Spectrum, Spectrum), SceneError> {
         (None, None) => Ok((eta.spectrum(ETA)?, k.spectrum(EXTINCTION)?)),
         (Some(_), Some(_)) => {
             let read = |entry: &Entry<'_>| {
-                let path = entry.path()?;
-                let samples = read_spd(&path).map_err(|error| entry.unusable(&error))?;
-                Ok::<_, SceneError>((path.display().to_string(), samples))
+                let samples = entry.data(Library::spectrum)?;
+                Ok::<_, SceneError>((entry.path()?.display().to_string(), samples))
             };
             let ((eta_name, eta_samples), (k_name, k_samples)) = (read(&eta)?, read(&k)?);
             let index = ConductorIndex::from_samples(&eta_name, &eta_samples, &k_name, &k_samples)

@@ -8,6 +8,7 @@ mod bxdfs;
 mod describe;
 mod error;
 mod facets;
+mod library;
 mod reader;
 #[cfg(test)]
 mod refusals;
@@ -28,9 +29,19 @@ use std::panic::resume_unwind;
 use std::path::Path;
 use std::thread;
 
-/// Largest scene file in bytes. Materials are a few hundred bytes each, and the reader needs many times the size of the
-/// file in memory.
+/// Largest scene file in bytes. Materials are a few hundred bytes each.
 const LARGEST: usize = 16 << 20;
+
+/// Most of the characters `[`, `{`, `,`, `.` and `=` in a scene.
+///
+/// Every value and every table of a TOML document comes with at least one of them, and what the parser builds for one takes up
+/// to 1.2 kB: with this limit no scene needs more than about 1.2 GB, where 16 MiB of dots would need twelve times that. A
+/// material of the richest kind has some 33, so that thirty thousand of them fit. Those in strings and comments count too: a
+/// scan that knew them from others would have to be a parser.
+const MOST_MARKS: usize = 1 << 20;
+
+/// Most materials of a scene.
+const MOST_MATERIALS: usize = 1 << 16;
 
 /// Stack of the thread that reads a scene, in bytes; only what is touched gets memory.
 ///
@@ -65,7 +76,7 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError`] when the file cannot be read, is larger than 16 MiB, is not UTF-8, or is refused by
-    /// [`Scene::parse`].
+    /// [`Scene::parse`]. It may be a pipe, of which no more is read; the data files that a scene names are regular files.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         let source = path.display().to_string();
         let bytes = read_at_most(path, LARGEST).map_err(|reason| SceneError::Unreadable {
@@ -73,7 +84,7 @@ impl Scene {
             reason,
         })?;
         let Some(bytes) = bytes else {
-            return Err(too_large(&source));
+            return Err(too_large(&source, "bytes", LARGEST));
         };
         let text = str::from_utf8(&bytes).map_err(|error| SceneError::NotUtf8 {
             path: source.clone(),
@@ -93,11 +104,14 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError::Refused`] for text that is not TOML, for unknown, missing or duplicate names, and for parameters
-    /// outside their legal ranges; [`SceneError::TooLarge`] beyond 16 MiB; [`SceneError::Unreadable`] when the system
-    /// has no thread left to read it on.
+    /// outside their legal ranges; [`SceneError::TooLarge`] beyond 16 MiB, 2^20 of the characters `[`, `{`, `,`, `.`, `=`
+    /// together, or 65536 materials; [`SceneError::Unreadable`] when the system has no thread left to read it on.
     pub fn parse(text: &str, source: &str) -> Result<Self, SceneError> {
         if text.len() > LARGEST {
-            return Err(too_large(source));
+            return Err(too_large(source, "bytes", LARGEST));
+        }
+        if text.bytes().filter(|byte| b"[{,.=".contains(byte)).count() > MOST_MARKS {
+            return Err(too_large(source, "of the characters [ { , . = together", MOST_MARKS));
         }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         on_a_deep_stack(source, || reader::scene(text, source))
@@ -128,9 +142,10 @@ fn read_at_most(path: &Path, limit: usize) -> std::io::Result<Option<Vec<u8>>> {
     Ok((bytes.len() <= limit).then_some(bytes))
 }
 
-fn too_large(source: &str) -> SceneError {
+fn too_large(source: &str, what: &'static str, limit: usize) -> SceneError {
     SceneError::TooLarge {
         path: source.to_owned(),
-        limit: LARGEST,
+        what,
+        limit,
     }
 }

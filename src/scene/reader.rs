@@ -4,7 +4,7 @@ use super::bxdfs::{BXDF_RULE, material_bxdf};
 use super::error::SceneError;
 use super::table::Table;
 use super::text::Text;
-use super::{Material, Scene};
+use super::{MOST_MATERIALS, Material, Scene, too_large};
 use std::collections::HashMap;
 use std::path::Path;
 use toml::de::DeTable;
@@ -17,7 +17,7 @@ pub(super) fn scene(content: &str, source: &str) -> Result<Scene, SceneError> {
     root.only("a scene", &["scene", "material"])?;
     Ok(Scene {
         name: scene_name(&root, source)?,
-        materials: materials(&root)?,
+        materials: materials(&root, source)?,
         source: source.to_owned(),
     })
 }
@@ -48,12 +48,15 @@ fn scene_name(root: &Table<'_>, source: &str) -> Result<String, SceneError> {
     Ok(stem.map_or_else(|| source.to_owned(), |stem| stem.into_owned()))
 }
 
-fn materials(root: &Table<'_>) -> Result<Vec<Material>, SceneError> {
+fn materials(root: &Table<'_>, source: &str) -> Result<Vec<Material>, SceneError> {
     const RULE: &str = "a scene holds at least one [[material]], each with name and bxdf";
     let entry = root.required("material", &RULE)?;
     let mut materials = Vec::new();
     let mut lines = HashMap::new();
     for element in entry.elements(&"materials are tables, each under a header [[material]]")? {
+        if materials.len() == MOST_MATERIALS {
+            return Err(too_large(source, "materials", MOST_MATERIALS));
+        }
         let table = element.table(&"materials are tables with name and bxdf")?;
         table.only("[[material]]", &["name", "bxdf"])?;
         let name = table.required("name", &"every material has a name of its own")?;

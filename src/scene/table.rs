@@ -1,15 +1,18 @@
 //! Tables and values of a scene together with the places where they stand.
 
 use super::error::SceneError;
+use super::library::Library;
 use super::suggest::nearest;
 use super::text::Text;
 use super::vocabulary::Vocabulary;
+use crate::measured::MeasuredError;
 use crate::parameter::{Legal, Number};
 use crate::spectrum::Spectrum;
 use serde_spanned::Spanned;
 use std::fmt;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use toml::de::{DeInteger, DeTable, DeValue};
 
 /// A table of the scene.
@@ -129,6 +132,14 @@ impl<'t> Entry<'t> {
     /// The file that the value names, relative to the directory of the scene file.
     pub(super) fn path(&self) -> Result<PathBuf, SceneError> {
         Ok(self.text.directory().join(self.name()?))
+    }
+
+    /// What `read` finds in that file.
+    pub(super) fn data<T>(
+        &self,
+        read: impl FnOnce(&Library, &Path) -> Result<Arc<T>, MeasuredError>,
+    ) -> Result<Arc<T>, SceneError> {
+        read(self.text.library(), &self.path()?).map_err(|error| self.unusable(&error))
     }
 
     /// The error for a file that cannot be used.

@@ -1,17 +1,20 @@
 //! The text of a scene, and how byte offsets become lines and columns.
 
-use super::error::{Refusal, SceneError, printable};
+use super::error::{Refusal, SceneError};
+use super::library::Library;
+use crate::printable::printable;
 use std::ops::Range;
 use std::path::Path;
 
 /// Longest piece of the source that a message quotes, in characters.
 const LONGEST_QUOTE: usize = 40;
 
-/// A scene as it was written, with the starts of its lines.
+/// A scene as it was written, with the starts of its lines, and the files that it names.
 pub(super) struct Text<'t> {
     file: &'t str,
     content: &'t str,
     line_starts: Vec<usize>,
+    library: Library,
 }
 
 impl<'t> Text<'t> {
@@ -22,7 +25,13 @@ impl<'t> Text<'t> {
             file,
             content,
             line_starts,
+            library: Library::default(),
         }
+    }
+
+    /// Where measured files are read.
+    pub(super) fn library(&self) -> &Library {
+        &self.library
     }
 
     pub(super) fn content(&self) -> &'t str {

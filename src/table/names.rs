@@ -4,7 +4,7 @@
 //! names there are: adding a material to a scene never renames the files of the others.
 
 use sha2::{Digest, Sha256};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Longest stem in bytes, so that stem, extension and directory stay within the limits of all file systems.
 pub const MAX_LENGTH: usize = 80;
@@ -26,14 +26,14 @@ pub fn file_stem(original: &str) -> String {
 pub fn file_stems(originals: &[&str]) -> Vec<String> {
     let short: Vec<String> = originals.iter().map(|original| file_stem(original)).collect();
     let mut owners: HashMap<&str, &str> = HashMap::new();
-    let mut contested = Vec::new();
+    let mut contested = HashSet::new();
     for (stem, original) in short.iter().zip(originals) {
         if *owners.entry(stem).or_insert(original) != *original {
-            contested.push(stem.clone());
+            contested.insert(stem.as_str());
         }
     }
     let settle = |(stem, original): (&String, &&str)| {
-        if contested.contains(stem) {
+        if contested.contains(stem.as_str()) {
             stem_with(original, 64)
         } else {
             stem.clone()
@@ -97,7 +97,6 @@ fn looks_hashed(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::HashSet;
 
     #[test]
     fn safe_names_stay_and_others_are_marked() {

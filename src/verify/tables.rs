@@ -9,9 +9,9 @@ use super::statistics::{Spread, channels_p, common_sign, score, smallest};
 use super::{Check, Outcome, Place, Settings, Source, Statistic, Test};
 use crate::bxdf::{Bxdf, Model, Sampling};
 use crate::estimate::{Effort, ErrorKind, Estimate, Estimator};
+use crate::export::ExportError;
 use crate::export::manifest::{self, Manifest, TableEntry};
 use crate::export::read::{Contents, read_exr};
-use crate::export::{ExportError, FORMAT};
 use crate::integrate::{Coordinates, IntegrateError, Integrator, Target, sampled};
 use crate::plan::{Plan, Request, TablePlan};
 use crate::scene::{Material, Scene};
@@ -19,12 +19,8 @@ use crate::table::Table;
 use crate::table::axis::Axis;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::fs::File;
-use std::io::Read;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
-
-/// Longest manifest that is read, in bytes: entries take about a thousand.
-const LONGEST_MANIFEST: u64 = 1 << 28;
 
 /// Share of the tolerance of a table to which its texels are integrated again.
 const FINER: f64 = 0.1;
@@ -45,8 +41,10 @@ pub fn verify_tables(
     directory: &Path,
     settings: &Settings,
 ) -> Result<Vec<Check>, ExportError> {
-    let manifest = read_manifest(directory)?;
-    let selected = |names: &[String]| materials.iter().any(|material| names.contains(&material.name));
+    let manifest = Manifest::read(&directory.join(manifest::FILE_NAME))?;
+    let wanted: HashSet<&str> = materials.iter().map(|material| material.name.as_str()).collect();
+    let selected = |names: &[String]| names.iter().any(|name| wanted.contains(name.as_str()));
+    let all: HashSet<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
     let request = Request {
         resolution: 2,
         roughness_resolution: 2,
@@ -59,8 +57,8 @@ pub fn verify_tables(
     };
     // two texels are legal along every axis
     let plans = Plan::new(scene, &request).map_or_else(|_| Vec::new(), |plan| plan.tables);
-    let missing =
-        |plan: &&TablePlan| selected(&plan.materials) && !manifest.tables.iter().any(|entry| entry.id == plan.id);
+    let listed: HashSet<&str> = manifest.tables.iter().map(|entry| entry.id.as_str()).collect();
+    let missing = |plan: &&TablePlan| selected(&plan.materials) && !listed.contains(plan.id.as_str());
     let absent = plans.iter().filter(missing).map(|plan| {
         failed(
             &plan.id,
@@ -68,16 +66,14 @@ pub fn verify_tables(
         )
     });
     let known = |entry: &&TableEntry| {
-        let of_scene = scene
-            .materials
-            .iter()
-            .any(|material| entry.materials.contains(&material.name));
+        let of_scene = entry.materials.iter().any(|name| all.contains(name.as_str()));
         selected(&entry.materials) || !of_scene
     };
+    let by_id: HashMap<&str, &TablePlan> = plans.iter().map(|plan| (plan.id.as_str(), plan)).collect();
     let entries: Vec<&TableEntry> = manifest.tables.iter().filter(known).collect();
     let checks: Vec<Vec<Check>> = entries
         .par_iter()
-        .map(|entry| match plans.iter().find(|plan| plan.id == entry.id) {
+        .map(|entry| match by_id.get(entry.id.as_str()) {
             Some(plan) => verify_entry(entry, plan, directory, settings),
             None => {
                 let names = entry.materials.join(", ");
@@ -89,36 +85,6 @@ pub fn verify_tables(
         })
         .collect();
     Ok(checks.into_iter().flatten().chain(absent).collect())
-}
-
-fn read_manifest(directory: &Path) -> Result<Manifest, ExportError> {
-    let path = directory.join(manifest::FILE_NAME);
-    let io = |source| ExportError::Io {
-        action: "read",
-        path: path.clone(),
-        source,
-    };
-    let unreadable = |reason: String| ExportError::Unreadable {
-        path: path.clone(),
-        reason,
-    };
-    let mut json = String::new();
-    File::open(&path)
-        .map_err(io)?
-        .take(LONGEST_MANIFEST)
-        .read_to_string(&mut json)
-        .map_err(io)?;
-    let manifest = Manifest::from_json(&json).map_err(|error| match error {
-        ExportError::Manifest(error) => unreadable(error.to_string()),
-        other => other,
-    })?;
-    if manifest.format != FORMAT {
-        let found = manifest.format;
-        return Err(unreadable(format!(
-            "its format is {found}, where this version reads {FORMAT}"
-        )));
-    }
-    Ok(manifest)
 }
 
 fn failed(id: &str, reason: String) -> Check {

@@ -1,6 +1,7 @@
 //! Files written, read back and damaged.
 
 use super::*;
+use std::fs::File;
 use std::sync::Arc;
 
 /// The table of a model, by way of a file in memory.
