@@ -141,12 +141,17 @@ impl Rho {
             // nobody asked for the default angles in particular, and with them all is said that there is
             refused += usize::from(!(self.default_angles() && matches!(error, IntegrateError::Diverges(_))));
             let (material, place) = (format!("material `{}`", row.name()), row.place());
-            match told.iter_mut().find(|(reason, _)| *reason == format!("{material}: {error}")) {
+            match told
+                .iter_mut()
+                .find(|(reason, _)| *reason == format!("{material}: {error}"))
+            {
                 Some((_, places)) => places.push(place),
                 None => told.push((format!("{material}: {error}"), vec![place])),
             }
         }
-        let reasons = told.iter().map(|(reason, places)| format!("{reason} ({})", shortened(places)));
+        let reasons = told
+            .iter()
+            .map(|(reason, places)| format!("{reason} ({})", shortened(places)));
         if refused == rows.len() {
             return Err(reasons.collect::<Vec<_>>().join("\n").into());
         }

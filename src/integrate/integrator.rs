@@ -4,7 +4,7 @@ use super::deterministic::{
     UNSPENT_SHARE, closed_form, quadrature, quadrature_with, total_albedo, total_mean, unspent, unspent_of,
 };
 use super::monte_carlo::{self, Outgoing, Samples, Trial, outgoing};
-use super::{Effort, Estimate, Estimator, IntegrateError, Lobe, Target, sampled};
+use super::{Effort, Estimate, Estimator, IntegrateError, Lobe, Target, sampled, unbounded};
 use crate::bxdf::{Bxdf, DiffuseSpecular, Model, Sampling};
 use crate::numerics::points::Points;
 use crate::numerics::quadrature::NotConverged;
@@ -161,6 +161,7 @@ impl<'a> Integrator<'a> {
                 reason: "it was not made ready for sampling; use auto",
             });
         };
+        unbounded::refuse(self.model, target)?;
         let samples = self.effort.samples.map_or(
             Samples::UpTo {
                 tolerance,

@@ -25,6 +25,7 @@ pub mod seen;
 mod segment;
 mod smith_hd;
 mod target;
+mod unbounded;
 mod within;
 
 pub use coordinates::Coordinates;
@@ -40,11 +41,6 @@ pub use crate::estimate::{Effort, ErrorKind, Estimate, Estimator, Lobe};
 use crate::bxdf::Sampling;
 use crate::numerics::quadrature::NotConverged;
 use thiserror::Error;
-
-/// Where [`IntegrateError::Diverges`] comes from.
-const UNMASKED: &str = "when masking = \"none\": ask for mu > 0, or use another masking";
-const UNMASKED_COAT: &str = "under a fresnel-blend of vmf facets, whose D is infinite at the horizon: ask for mu > 0, or use \
-                             another distribution";
 
 /// Why an integral has no stated value.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -162,10 +158,22 @@ mod tests {
                 hits: 10,
                 samples: 4096,
             };
-            let (_, advice) = error.to_string().split_once("error: ").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
-            assert!(advice.starts_with("take 4e4 samples with --samples, or use "), "{advice}"); // 100 of them
-            let Estimator::MonteCarlo { sampling, .. } = estimator else { continue };
-            assert!(!advice.contains(Estimator::random(sampling).name()), "{estimator}: {advice}");
+            let (_, advice) = error
+                .to_string()
+                .split_once("error: ")
+                .map(|(a, b)| (a.to_owned(), b.to_owned()))
+                .unwrap();
+            assert!(
+                advice.starts_with("take 4e4 samples with --samples, or use "),
+                "{advice}"
+            ); // 100 of them
+            let Estimator::MonteCarlo { sampling, .. } = estimator else {
+                continue;
+            };
+            assert!(
+                !advice.contains(Estimator::random(sampling).name()),
+                "{estimator}: {advice}"
+            );
         }
     }
 }

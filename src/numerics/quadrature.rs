@@ -129,7 +129,7 @@ impl fmt::Display for NotConverged {
         )?;
         match self.within_reach() {
             Some(tolerance) => write!(f, "loosen --tolerance to {tolerance:e}, or use a Monte Carlo estimator"),
-            None => write!(f, "use a Monte Carlo estimator"),
+            None => write!(f, "no tolerance up to 1 is within reach"),
         }
     }
 }
@@ -175,7 +175,12 @@ impl Piece {
     /// Both ends must be positive.
     pub fn logarithmic(self) -> Self {
         Self {
-            log_ratio: Some(libm::log(self.to / self.from)),
+            // the quotient may overflow, and of numbers near each other it keeps more digits
+            log_ratio: Some(if self.from < 1e-150 {
+                libm::log(self.to) - libm::log(self.from)
+            } else {
+                libm::log(self.to / self.from)
+            }),
             // over several e-foldings 7 nodes do not see the shape yet, and what they agree on with 3 says little
             first_level: 2,
             ..self

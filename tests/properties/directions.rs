@@ -57,9 +57,10 @@ fn steadiness(bxdf: &dyn Bxdf, wo: DVec3, wi: DVec3) -> (f64, f64) {
     let mut spread: f64 = 0.0;
     for axis in DVec3::AXES {
         for step in [-4e-16, 4e-16] {
-            let moved = (wi + step * axis).normalize();
-            let from = (wo + step * axis).normalize();
-            spread = spread.max((bxdf.pdf(wo, moved) - pdf).abs()).max((bxdf.pdf(from, wi) - pdf).abs());
+            let apart = |there: f64| (there - pdf).abs();
+            spread = spread
+                .max(apart(bxdf.pdf(wo, wi + step * axis)))
+                .max(apart(bxdf.pdf(wo + step * axis, wi)));
         }
     }
     (pdf, spread)
@@ -68,7 +69,9 @@ fn steadiness(bxdf: &dyn Bxdf, wo: DVec3, wi: DVec3) -> (f64, f64) {
 #[test]
 fn every_model_is_finite_and_draws_what_it_says() {
     let cases = (model(), pair(), [uniform(), uniform(), uniform()]);
-    check(6000, &cases, |(Subject(model), directions, u)| is_sound(&*bxdf(&model), directions, u));
+    check(6000, &cases, |(Subject(model), directions, u)| {
+        is_sound(&*bxdf(&model), directions, u)
+    });
 }
 
 #[test]
@@ -76,7 +79,9 @@ fn couplings_are_finite_and_draw_what_they_say() {
     let draws = prop::collection::vec((pair(), [uniform(), uniform(), uniform()]), 40);
     check(24, &(coupling(specular()), draws), |(Subject(model), draws)| {
         let bxdf = bxdf(&model);
-        draws.into_iter().try_for_each(|(directions, u)| is_sound(&*bxdf, directions, u))
+        draws
+            .into_iter()
+            .try_for_each(|(directions, u)| is_sound(&*bxdf, directions, u))
     });
 }
 
@@ -117,7 +122,11 @@ fn refraction_is_reciprocal_with_the_square_of_the_indices() {
         // 1 - F is the probability of going through; its condition is that of the refracted cosine
         let through = |w: DVec3| {
             let drawn = pane(Transport::Importance).sample_f(w, [BELOW_ONE, 0.5, 0.5]);
-            if drawn.flags.contains(Flags::TRANSMISSION) { drawn.pdf } else { 0.0 }
+            if drawn.flags.contains(Flags::TRANSMISSION) {
+                drawn.pdf
+            } else {
+                0.0
+            }
         };
         let back = through(there.wi);
         let mut spread = 0f64;

@@ -37,15 +37,28 @@ fn exposures_and_angles_are_inverses() {
             "{lobe:?} {exposure:e}: {found:?}"
         );
         let back = steps.map(|step| {
-            let polar = Polar { sin: found.sin * step, cos: found.cos };
-            let other = Polar { sin: found.sin, cos: found.cos * step };
+            let polar = Polar {
+                sin: found.sin * step,
+                cos: found.cos,
+            };
+            let other = Polar {
+                sin: found.sin,
+                cos: found.cos * step,
+            };
             [lobe.exposure(polar), lobe.exposure(other)]
         });
-        let spread = back.as_flattened().iter().map(|e| apart(*e, back[1][0])).fold(0.0, f64::max);
+        let spread = back
+            .as_flattened()
+            .iter()
+            .map(|e| apart(*e, back[1][0]))
+            .fold(0.0, f64::max);
         // a cosine below the smallest number has no angle of its own
         if found.cos > f64::MIN_POSITIVE && found.sin > f64::MIN_POSITIVE {
             let off = apart(back[1][0], exposure);
-            ensure!(off <= 4.0 * spread + 1e-14, "{lobe:?}: E = {exposure:e} comes back {off:e} off, +- {spread:e}");
+            ensure!(
+                off <= 4.0 * spread + 1e-14,
+                "{lobe:?}: E = {exposure:e} comes back {off:e} off, +- {spread:e}"
+            );
         }
         let exposure = lobe.exposure(theta);
         ensure!(exposure >= 0.0, "{lobe:?} {theta:?}: {exposure}");
@@ -56,7 +69,11 @@ fn exposures_and_angles_are_inverses() {
                 .iter()
                 .map(|b| apart(b.sin, back[1].sin).max(apart(b.cos, back[1].cos)))
                 .fold(0.0, f64::max);
-            ensure!(off <= 4.0 * spread + 1e-14, "{lobe:?}: {theta:?} comes back as {:?}, +- {spread:e}", back[1]);
+            ensure!(
+                off <= 4.0 * spread + 1e-14,
+                "{lobe:?}: {theta:?} comes back as {:?}, +- {spread:e}",
+                back[1]
+            );
         }
         Ok(())
     });
@@ -68,11 +85,20 @@ fn distribution_functions_and_their_inverses_agree() {
     check(6000, &(isotropic(), uniform(), uniform()), |(lobe, u, v)| {
         let theta = lobe.inverse_cdf(u);
         let cdf = lobe.cdf(theta);
-        let rest = lobe.cdf(Polar { cos: theta.cos * (1.0 + 4e-16), ..theta });
+        let rest = lobe.cdf(Polar {
+            cos: theta.cos * (1.0 + 4e-16),
+            ..theta
+        });
         let spread = (rest - cdf).abs();
-        ensure!((cdf - u).abs() <= 2e-14 * u + 4.0 * spread, "{lobe:?}: P = {u:e} comes back as {cdf:e}");
+        ensure!(
+            (cdf - u).abs() <= 2e-14 * u + 4.0 * spread,
+            "{lobe:?}: P = {u:e} comes back as {cdf:e}"
+        );
         let (low, high) = (lobe.inverse_cdf(u.min(v)), lobe.inverse_cdf(u.max(v)));
-        ensure!(low.sin <= high.sin * (1.0 + 4e-15), "{lobe:?} {u} {v}: {low:?} {high:?}"); // a few roundings
+        ensure!(
+            low.sin <= high.sin * (1.0 + 4e-15),
+            "{lobe:?} {u} {v}: {low:?} {high:?}"
+        ); // a few roundings
         Ok(())
     });
 }
@@ -81,22 +107,29 @@ fn distribution_functions_and_their_inverses_agree() {
 #[test]
 fn densities_are_finite_and_draws_are_normals() {
     let normal = (polar(), crate::strategies::phi()).prop_map(|(theta, phi)| theta.direction(phi));
-    check(8000, &(distribution(), normal, [uniform(), uniform()]), |(lobe, h, u): (_, DVec3, _)| {
-        let (p, d) = (lobe.p(h), lobe.d(h));
-        ensure!(p.is_finite() && p >= 0.0 && d >= 0.0, "{lobe:?} {h:?}: p = {p:e}, D = {d:e}");
-        if h.z > 1e-150 {
-            let product = d * h.z;
+    check(
+        8000,
+        &(distribution(), normal, [uniform(), uniform()]),
+        |(lobe, h, u): (_, DVec3, _)| {
+            let (p, d) = (lobe.p(h), lobe.d(h));
             ensure!(
-                (product - p).abs() <= 1e-12 * p + f64::MIN_POSITIVE, // exponents up to 700 multiply roundings
-                "{lobe:?} {h:?}: {p:e} and {product:e}"
+                p.is_finite() && p >= 0.0 && d >= 0.0,
+                "{lobe:?} {h:?}: p = {p:e}, D = {d:e}"
             );
-        }
-        let drawn = lobe.sample(u);
-        ensure!(
-            (drawn.length() - 1.0).abs() < 1e-14 && drawn.z >= 0.0, // a few roundings
-            "{lobe:?} {u:?}: {drawn:?}"
-        );
-        ensure!(lobe.p(drawn).is_finite(), "{lobe:?} {u:?}: {drawn:?}");
-        Ok(())
-    });
+            if h.z > 1e-150 {
+                let product = d * h.z;
+                ensure!(
+                    (product - p).abs() <= 1e-12 * p + f64::MIN_POSITIVE, // exponents up to 700 multiply roundings
+                    "{lobe:?} {h:?}: {p:e} and {product:e}"
+                );
+            }
+            let drawn = lobe.sample(u);
+            ensure!(
+                (drawn.length() - 1.0).abs() < 1e-14 && drawn.z >= 0.0, // a few roundings
+                "{lobe:?} {u:?}: {drawn:?}"
+            );
+            ensure!(lobe.p(drawn).is_finite(), "{lobe:?} {u:?}: {drawn:?}");
+            Ok(())
+        },
+    );
 }

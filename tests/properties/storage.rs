@@ -39,7 +39,9 @@ fn value() -> BoxedStrategy<f64> {
         1 => steps,
         2 => neighbour,
     ];
-    (size, prop::bool::weighted(0.1)).prop_map(|(size, below): (f64, bool)| if below { -size } else { size }).boxed()
+    (size, prop::bool::weighted(0.1))
+        .prop_map(|(size, below): (f64, bool)| if below { -size } else { size })
+        .boxed()
 }
 
 /// Values that a format holds come back within the rounding that it states; others are told apart.
@@ -49,8 +51,14 @@ fn rounding_is_bounded_and_overflow_is_told() {
         for storage in Storage::ALL {
             let (stored, rounding) = (storage.round(value), storage.rounding(value));
             if storage.holds(value) {
-                ensure!((stored - value).abs() <= rounding, "{storage:?} {value:e}: {stored:e} +- {rounding:e}");
-                ensure!(storage.round(stored) == stored, "{storage:?} {value:e}: {stored:e} is not stored as it is");
+                ensure!(
+                    (stored - value).abs() <= rounding,
+                    "{storage:?} {value:e}: {stored:e} +- {rounding:e}"
+                );
+                ensure!(
+                    storage.round(stored) == stored,
+                    "{storage:?} {value:e}: {stored:e} is not stored as it is"
+                );
             } else {
                 // nothing is refused that could be kept within half a step
                 ensure!(
@@ -80,9 +88,15 @@ fn stored_errors_cover_what_storing_costs() {
         table.errors[0] = DVec3::splat(error);
         let (stored, stated) = (table.stored(0).x, table.texel_error(0).x);
         // in the order that loses nothing: the difference of neighbouring numbers is exact
-        ensure!((stored - value).abs() <= stated, "{value:e} +- {error:e}: {stored:e} +- {stated:e}");
+        ensure!(
+            (stored - value).abs() <= stated,
+            "{value:e} +- {error:e}: {stored:e} +- {stated:e}"
+        );
         ensure!(stated >= error, "{value:e} +- {error:e}: {stated:e}");
-        ensure!(stated >= ((stored - value).abs() + error) * (1.0 - 1e-15), "{value:e} +- {error:e}: {stated:e}");
+        ensure!(
+            stated >= ((stored - value).abs() + error) * (1.0 - 1e-15),
+            "{value:e} +- {error:e}: {stated:e}"
+        );
         ensure!(f64::from(stated as f32) == stated, "{stated:e}");
         Ok(())
     });

@@ -172,7 +172,9 @@ pub(crate) fn model() -> BoxedStrategy<Subject> {
     leaf()
         .prop_recursive(2, 6, 3, |inner| {
             prop_oneof![
-                inner.clone().prop_map(|s| Model::BrdfToBtdf(Box::new(BrdfToBtdf::new(s.0)))),
+                inner
+                    .clone()
+                    .prop_map(|s| Model::BrdfToBtdf(Box::new(BrdfToBtdf::new(s.0)))),
                 (inner.clone(), spectrum(share()))
                     .prop_map(|(s, scale)| Model::Scaled(Box::new(Scaled::new(s.0, scale).unwrap()))),
                 prop::collection::vec(inner, 0..4)
@@ -207,7 +209,11 @@ pub(crate) fn specular() -> BoxedStrategy<Model> {
 
 /// Models of which no direction gets more back than it sends.
 pub(crate) fn conserving() -> BoxedStrategy<Subject> {
-    let lobes = || microfacet_of(distribution(), MASKED.to_vec()).prop_map(Model::Microfacet).boxed();
+    let lobes = || {
+        microfacet_of(distribution(), MASKED.to_vec())
+            .prop_map(Model::Microfacet)
+            .boxed()
+    };
     let smooth = (spectrum(share()), spectrum(share()), index(), index()).prop_map(|(r, t, a, b)| {
         Model::FresnelSpecular(FresnelSpecular::new(r, t, a, b, Transport::Importance).unwrap())
     });
@@ -267,7 +273,14 @@ pub(crate) fn pair() -> BoxedStrategy<(DVec3, DVec3)> {
                 3 => wo,
                 _ => return (wo, free),
             };
-            (wo, if off == 0.0 { base } else { (base + off * free).normalize() })
+            (
+                wo,
+                if off == 0.0 {
+                    base
+                } else {
+                    (base + off * free).normalize()
+                },
+            )
         })
         .boxed()
 }

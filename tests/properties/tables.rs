@@ -5,9 +5,9 @@ use crate::{check, ensure};
 use proptest::prelude::*;
 use proptest::sample::select;
 use whitefurnace::estimate::Estimator;
-use whitefurnace::integrate::{FillError, IntegrateError, fill};
-use whitefurnace::parameter::{ETA, EXTINCTION, KAPPA, PHONG_N};
+use whitefurnace::integrate::{FillError, IntegrateError, fill, texels};
 use whitefurnace::parameter::{BECKMANN_M, GGX_ALPHA};
+use whitefurnace::parameter::{ETA, EXTINCTION, KAPPA, PHONG_N};
 use whitefurnace::plan::{Plan, Request};
 use whitefurnace::scene::Scene;
 use whitefurnace::table::{Storage, Table};
@@ -36,7 +36,8 @@ fn lobe() -> BoxedStrategy<String> {
         (parameter(legal), parameter(legal))
             .prop_map(move |(a, b)| format!("{{ type = \"{name}\", {x} = {a:e}, {y} = {b:e} }}"))
     };
-    let with = |(distribution, masking): (String, &str)| format!("distribution = {distribution}\nmasking = \"{masking}\"");
+    let with =
+        |(distribution, masking): (String, &str)| format!("distribution = {distribution}\nmasking = \"{masking}\"");
     prop_oneof![
         2 => (one("vmf", "kappa", KAPPA), anything.clone()).prop_map(with),
         2 => (one("phong", "n", PHONG_N), anything.clone()).prop_map(with),
@@ -73,14 +74,17 @@ fn material() -> BoxedStrategy<String> {
 }
 
 fn scene(material: &str) -> Scene {
-    let text = format!("[scene]\nname = \"random\"\n[[material]]\nname = \"m\"\n{material}").replace("\"none\"", "{ type = \"none\" }");
+    let text = format!("[scene]\nname = \"random\"\n[[material]]\nname = \"m\"\n{material}")
+        .replace("\"none\"", "{ type = \"none\" }");
     Scene::parse(&text, "random.toml").unwrap()
 }
 
 /// A table of a single texel.
 pub(crate) fn one_texel() -> Table {
     static TABLE: std::sync::LazyLock<Table> = std::sync::LazyLock::new(|| {
-        let scene = scene("[material.bxdf]\ntype = \"microfacet\"\ndistribution = { type = \"vmf\", kappa = 3.0 }\nmasking = \"v-groove\"\nfresnel = \"none\"\n");
+        let scene = scene(
+            "[material.bxdf]\ntype = \"microfacet\"\ndistribution = { type = \"vmf\", kappa = 3.0 }\nmasking = \"v-groove\"\nfresnel = \"none\"\n",
+        );
         let tables = Plan::new(&scene, &request(1e-3)).unwrap().tables;
         let single = tables.iter().find(|table| table.texels() == 1).unwrap();
         fill(single, &|_| {}).unwrap()
@@ -91,22 +95,37 @@ pub(crate) fn one_texel() -> Table {
 /// Texels lie in [0, 1] within their errors, errors are finite and within the tolerance, and every format states its rounding.
 #[test]
 fn tables_of_models_that_conserve_energy_stay_below_one() {
-    check(60, &(material(), log_uniform(-6.0, -2.0)), |(material, tolerance)| {
+    check(24, &(material(), log_uniform(-6.0, -2.0)), |(material, tolerance)| {
         let scene = scene(&material);
         for plan in Plan::new(&scene, &request(tolerance)).unwrap().tables {
-            // the mean over a streak takes minutes of evaluations
-            if plan.texels() == 1 && material.contains("_x") {
+            let is_streak = material.contains("_x");
+            // means over streaks take minutes, and so do places between the texels of two axes: one direction at a time does
+            if is_streak && (plan.texels() == 1 || material.contains("coupling")) {
                 continue;
             }
-            let table = match fill(&plan, &|_| {}) {
+            let filled = if is_streak {
+                texels(&plan, &plan.alternatives[0], &|_| {})
+            } else {
+                fill(&plan, &|_| {})
+            };
+            let table = match filled {
                 Ok(table) => table,
-                Err(FillError::Integral { at, source: IntegrateError::NotConverged(failure), .. }) => {
+                Err(FillError::Integral {
+                    at,
+                    source: IntegrateError::NotConverged(failure),
+                    ..
+                }) => {
                     ensure!(tolerance < 1e-4, "{} at {at}: {failure}", plan.id);
                     continue;
                 }
                 Err(error) => return Err(TestCaseError::fail(error.to_string())),
             };
-            ensure!(table.energy_excess().is_none(), "{}: {:?}", plan.id, table.energy_excess());
+            ensure!(
+                table.energy_excess().is_none(),
+                "{}: {:?}",
+                plan.id,
+                table.energy_excess()
+            );
             for i in 0..table.values.len() {
                 let (stored, error) = (table.stored(i), table.texel_error(i));
                 ensure!(
@@ -116,10 +135,18 @@ fn tables_of_models_that_conserve_energy_stay_below_one() {
                 );
                 // and the rounding to f32, itself rounded up
                 let most = tolerance + 2f64.powi(-24) + 1e-13;
-                ensure!(error.max_element() <= most * (1.0 + 2e-7), "{} texel {i}: {error:?}", plan.id);
+                ensure!(
+                    error.max_element() <= most * (1.0 + 2e-7),
+                    "{} texel {i}: {error:?}",
+                    plan.id
+                );
             }
             if let Some(between) = &table.between {
-                ensure!(between.error.is_finite() && between.error >= 0.0, "{}: {between:?}", plan.id);
+                ensure!(
+                    between.error.is_finite() && between.error >= 0.0,
+                    "{}: {between:?}",
+                    plan.id
+                );
             }
             ensure!(table.fits(Storage::F16), "{}", plan.id);
         }
