@@ -32,3 +32,48 @@ pub(super) fn refuse(model: &Model, target: Target) -> Result<(), IntegrateError
 pub(super) fn is_vmf(distribution: &Distribution) -> bool {
     matches!(distribution, Distribution::Isotropic(Isotropic::Vmf(_)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bxdf::{FresnelBlend, Microfacet, Sampling, Scaled};
+    use crate::distribution::Family;
+    use crate::estimate::{Effort, Estimator};
+    use crate::fresnel::Fresnel;
+    use crate::integrate::Integrator;
+    use crate::spectrum::Spectrum;
+
+    /// Rules and samples alike; the smallest cosine is as good as 0, and no reason to panic.
+    #[test]
+    fn no_estimator_has_a_value_where_there_is_none() {
+        let (grey, lobe) = (Spectrum::grey(0.5), Family::Vmf.with(1.0).unwrap());
+        let open = Model::Microfacet(Microfacet::new(grey, lobe, Masking::None, Fresnel::None).unwrap());
+        let models = [
+            open.clone(),
+            Model::FresnelBlend(FresnelBlend::new(grey, grey, lobe).unwrap()),
+            Model::Scaled(Box::new(Scaled::new(open, grey).unwrap())),
+        ];
+        let effort = Effort {
+            tolerance: 1e-2,
+            samples: Some(4096),
+            seed: 0,
+        };
+        for model in &models {
+            for estimator in [
+                Estimator::Quadrature,
+                Estimator::random(Sampling::Normals),
+                Estimator::random(Sampling::Cosine),
+            ] {
+                let integrator = Integrator::new(model, estimator, effort).unwrap();
+                for mu in [0.0, 5e-324] {
+                    let found = integrator.estimate(Target::rho_hd(mu, 0.0), 0);
+                    assert!(
+                        matches!(found, Err(IntegrateError::Diverges(_))),
+                        "{estimator} {mu}: {found:?}"
+                    );
+                }
+                assert!(integrator.estimate(Target::rho_hd(0.5, 0.0), 0).is_ok(), "{estimator}");
+            }
+        }
+    }
+}

@@ -45,7 +45,8 @@ fn check<S: Strategy>(cases: u32, strategy: &S, property: impl Fn(S::Value) -> R
 /// Fails a property with a message.
 macro_rules! ensure {
     ($holds:expr, $($message:tt)+) => {
-        if !$holds {
+        let holds: bool = $holds;
+        if !holds {
             return Err(proptest::test_runner::TestCaseError::fail(format!($($message)+)));
         }
     };
