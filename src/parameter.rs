@@ -109,6 +109,29 @@ pub const KD: Legal = Legal::new("kd", 0.0, 1.0);
 /// Cosine between a direction and the surface normal; 0 stands for the limit.
 pub const MU: Legal = Legal::new("mu", 0.0, 1.0);
 
+/// Every range above. The two parameters of an anisotropic distribution have the range of the isotropic one, under names of
+/// their own, see [`crate::distribution::Elliptic::legal`].
+pub const ALL: [Legal; 18] = [
+    KAPPA,
+    BECKMANN_M,
+    GGX_ALPHA,
+    PHONG_N,
+    ETA,
+    ETA_A,
+    ETA_B,
+    EXTINCTION,
+    R0,
+    REFLECTANCE,
+    TRANSMITTANCE,
+    SIGMA_DEG,
+    RD,
+    RS,
+    SCALE,
+    KS,
+    KD,
+    MU,
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1082,3 +1082,63 @@ fn verify_tests_tables() {
     assert_eq!(code, Some(1), "{out}");
     assert!(out.contains("no name of a file beside the manifest"), "{out}");
 }
+
+/// One direction without a value does not take the others with it.
+#[test]
+fn rho_prints_what_there_is_beside_what_is_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let material = |name: &str, masking: &str| {
+        format!(
+            "[[material]]\nname = \"{name}\"\n[material.bxdf]\ntype = \"microfacet\"\nfresnel = \"none\"\n\
+             distribution = {{ type = \"vmf\", kappa = 17.0 }}\nmasking = \"{masking}\"\n"
+        )
+    };
+    let text = [
+        "[scene]\nname = \"s\"\n".into(),
+        material("open", "none"),
+        material("grooves", "v-groove"),
+    ]
+    .concat();
+    fs::write(here.join("scene.toml"), text).unwrap();
+
+    let output = furnace(here, &["rho", "scene.toml", "--mu", "0.5,0,1e-300"]);
+    let (table, errors) = (self::text(&output.stdout), self::text(&output.stderr));
+    assert_eq!(output.status.code(), Some(2), "{errors}");
+    let rows: Vec<&str> = table.lines().filter(|line| line.contains("rho_hd")).collect();
+    assert_eq!(rows.len(), 6, "{table}");
+    let is_refused = |row: &&str| row.contains("refused");
+    assert_eq!(
+        rows.iter().map(is_refused).collect::<Vec<_>>(),
+        [false, true, true, false, false, false]
+    );
+    for part in [
+        "note: material `open`: rho_hd grows without bound",
+        "(rho_hd at mu = 0, phi = 0 degrees)",
+        "rho_hd at mu = 1e-300, phi = 0 degrees",
+        "instead of the 1e-6 asked for",
+        "error: 2 of 6 values were refused",
+    ] {
+        assert!(errors.contains(part), "{part} is not in {errors}");
+    }
+
+    let output = furnace(
+        here,
+        &["rho", "scene.toml", "--mu", "0.5,0", "--material", "open", "--json"],
+    );
+    assert_eq!(output.status.code(), Some(2));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let [good, bad] = &json["results"].as_array().unwrap()[..] else {
+        panic!("{json}")
+    };
+    assert!(good["value"][0].is_f64() && good.get("refused").is_none(), "{good}");
+    assert_eq!(
+        [&bad["value"], &bad["error"], &bad["error_kind"], &bad["evaluations"]],
+        [&Value::Null; 4]
+    );
+    assert_eq!(
+        (&bad["mu"], &bad["estimator"]),
+        (&Value::from(0.0), &Value::from("auto"))
+    );
+    assert!(bad["refused"].as_str().unwrap().contains("mu -> 0"), "{bad}");
+}

@@ -88,10 +88,10 @@ pub struct Scaled<B> {
 }
 
 impl<B> Scaled<B> {
-    /// Scale in [0, 1].
+    /// Scale in [0, 1] in every channel, [`SCALE`].
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range.
+    /// [`ParameterError`] outside that range, with the value and the range.
     pub fn new(bxdf: B, scale: Spectrum) -> Result<Self, ParameterError> {
         Ok(Self {
             bxdf,

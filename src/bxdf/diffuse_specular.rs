@@ -28,10 +28,10 @@ pub struct DiffuseSpecular {
 }
 
 impl DiffuseSpecular {
-    /// ks and kd in [0, 1].
+    /// ks and kd in [0, 1] in every channel, [`KS`] and [`KD`].
     ///
     /// # Errors
-    /// [`ParameterError`] outside those ranges.
+    /// [`ParameterError`] outside those ranges, with the value and the range.
     pub fn new(specular: Model, ks: Spectrum, kd: Spectrum, coupling: Coupling) -> Result<Self, ParameterError> {
         Ok(Self {
             specular,

@@ -31,10 +31,10 @@ fn entering(mu: f64) -> f64 {
 }
 
 impl FresnelBlend {
-    /// Reflectances in [0, 1]: `rd` of the base, `rs` of the coat at normal incidence.
+    /// Reflectances in [0, 1] in every channel: `rd` of the base, [`RD`], `rs` of the coat at normal incidence, [`RS`].
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range.
+    /// [`ParameterError`] outside that range, with the value and the range.
     pub fn new(rd: Spectrum, rs: Spectrum, distribution: impl Into<Distribution>) -> Result<Self, ParameterError> {
         Ok(Self {
             rd: rd.check(RD)?,

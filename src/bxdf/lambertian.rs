@@ -13,10 +13,10 @@ pub struct Lambertian {
 }
 
 impl Lambertian {
-    /// Reflectance in [0, 1].
+    /// Reflectance in [0, 1] in every channel, [`REFLECTANCE`].
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range.
+    /// [`ParameterError`] outside that range, with the value and the range.
     pub fn new(reflectance: Spectrum) -> Result<Self, ParameterError> {
         Ok(Self {
             reflectance: reflectance.check(REFLECTANCE)?,

@@ -28,10 +28,10 @@ pub struct Microfacet {
 }
 
 impl Microfacet {
-    /// Reflectance in [0, 1]; the other parts carry their own legal ranges.
+    /// Reflectance in [0, 1] in every channel, [`REFLECTANCE`]; distribution and Fresnel term were checked when they were made.
     ///
     /// # Errors
-    /// [`ModelError::Parameter`] outside that range; [`ModelError::SmithNeedsSlopes`] for Smith masking of a distribution
+    /// [`ModelError::Parameter`] outside that range, with the value and the range; [`ModelError::SmithNeedsSlopes`] for Smith masking of a distribution
     /// other than Beckmann and GGX.
     pub fn new(
         reflectance: Spectrum,
@@ -64,7 +64,9 @@ impl Microfacet {
     }
 
     /// wi from wo mirrored by the facet normal, with its cosines; `None` where the facet faces away or wi points down.
-    fn mirrored(wo: DVec3, wm: DVec3) -> (DVec3, Option<Cosines>) {
+    ///
+    /// Without masking f has no limit for wo at the horizon, where it counts 0 and draws are in vain.
+    fn mirrored(&self, wo: DVec3, wm: DVec3) -> (DVec3, Option<Cosines>) {
         let wi = reflect(wo, wm);
         let cos_d = wo.dot(wm).min(1.0);
         let cos_i = 2.0 * cos_d * wm.z - wo.z;
@@ -74,7 +76,9 @@ impl Microfacet {
             h: wm.z,
             d: cos_d,
         };
-        (wi, (cos_d > 0.0 && cos_i > 0.0 && wm.z > 0.0).then_some(cosines))
+        let has_limit = self.masking != Masking::None || wo.z != 0.0;
+        let seen = cos_d > 0.0 && cos_i > 0.0 && wm.z > 0.0;
+        (wi, (seen && has_limit).then_some(cosines))
     }
 }
 
@@ -101,7 +105,7 @@ impl Bxdf for Microfacet {
         };
         let cosines = Cosines {
             o: wo.z.abs(), // -0 is above
-            i: wi.z,
+            i: wi.z.abs(),
             h: half.wh.z,
             d: half.cos_d,
         };
@@ -116,7 +120,7 @@ impl Bxdf for Microfacet {
             return 0.0;
         }
         self.masking
-            .visible_pdf(&self.distribution, wo, wo.z, half.wh, half.cos_d)
+            .visible_pdf(&self.distribution, wo, wo.z.abs(), half.wh, half.cos_d)
     }
 
     /// Visible normals.
@@ -153,7 +157,7 @@ impl Bxdf for Microfacet {
             // f cos/pdf = F V' (o.h)/((n.o)(n.h)) with pdf = p/(4 o.h)
             Sampling::Normals => {
                 let wm = self.distribution.sample([u[0], u[1]]);
-                let (wi, Some(cosines)) = Self::mirrored(wo, wm) else {
+                let (wi, Some(cosines)) = self.mirrored(wo, wm) else {
                     return BxdfSample::lost(reflect(wo, wm));
                 };
                 let weight =
@@ -170,12 +174,14 @@ impl Bxdf for Microfacet {
             // of V-grooves
             Sampling::Visible | Sampling::Bxdf => {
                 let wm = self.masking.sample_visible(&self.distribution, wo, u);
-                let (wi, Some(cosines)) = Self::mirrored(wo, wm) else {
+                let (wi, Some(cosines)) = self.mirrored(wo, wm) else {
                     return BxdfSample::lost(reflect(wo, wm));
                 };
                 let seen = self.masking.visible_weight(&self.distribution, wo, wi, cosines);
                 let weight = self.facet_reflectance(cosines.d) * seen;
-                let pdf = self.masking.visible_pdf(&self.distribution, wo, wo.z, wm, cosines.d);
+                let pdf = self
+                    .masking
+                    .visible_pdf(&self.distribution, wo, cosines.o, wm, cosines.d);
                 let flags = self.flags();
                 BxdfSample { wi, pdf, weight, flags }
             }

@@ -22,10 +22,11 @@ pub struct OrenNayar {
 }
 
 impl OrenNayar {
-    /// Reflectance in [0, 1]; `sigma_deg`, the standard deviation of the facet angle, in [0, 90] degrees.
+    /// Reflectance in [0, 1] in every channel, [`REFLECTANCE`]; `sigma_deg`, the standard deviation of the facet angle, in
+    /// [0, 90] degrees, [`SIGMA_DEG`].
     ///
     /// # Errors
-    /// [`ParameterError`] outside those ranges.
+    /// [`ParameterError`] outside those ranges, with the value and the range.
     pub fn new(reflectance: Spectrum, sigma_deg: f64) -> Result<Self, ParameterError> {
         let variance = SIGMA_DEG.check(sigma_deg)?.to_radians().powi(2);
         Ok(Self {

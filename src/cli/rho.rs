@@ -2,13 +2,13 @@
 
 use super::{Common, Failure, format, number, select};
 use clap::Args;
+use glam::DVec3;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
-use std::cell::Cell;
-use std::fmt::Display;
 use std::time::Instant;
-use whitefurnace::estimate::{Estimate, Lobe};
+use whitefurnace::estimate::{Estimate, Estimator, Lobe};
 use whitefurnace::integrate::{IntegrateError, Integrator, Target};
+use whitefurnace::parameter::Number;
 use whitefurnace::scene::Material;
 use whitefurnace::spectrum::Channels;
 
@@ -17,7 +17,8 @@ use whitefurnace::spectrum::Channels;
 #[command(after_help = "\
 Without --mu, --theta-deg or --hh it prints rho_hd at 0, 30, 45, 60, 75, 85 and 90 degrees, and rho_hh. \
 The evaluations and the time of the first row of a material include what its directions share. Of several values of \
---tolerance each gets a row of its own, so that the cost of digits is seen.
+--tolerance each gets a row of its own, so that the cost of digits is seen. A value that cannot be stated is `refused`, in \
+JSON `null` with the reason under `refused`; the others are printed, the reasons follow, and the exit code is 2.
 
 Examples:
   furnace rho --material aluminium-k17 --theta-deg 0,45,90 --tolerance 1e-10
@@ -57,7 +58,9 @@ struct Row<'a> {
     lobe: Lobe,
     direction: Option<Direction>,
     channels: Channels,
-    estimate: Estimate,
+    /// The estimator asked for.
+    estimator: Estimator,
+    estimate: Result<Estimate, IntegrateError>,
     seconds: f64,
 }
 
@@ -93,13 +96,12 @@ impl Rho {
         };
         let integrals = cases.len() * targets.len() * tolerances.len();
         let bar = format::progress_of(integrals as u64, "integrating", "integrals");
-        let (rows, refused) = self.common.in_pool(|| {
-            let refused = Cell::new(0);
+        let rows = self.common.in_pool(|| {
             let mut rows = Vec::new();
             for (material, roughness) in cases {
                 let each = tolerances
                     .iter()
-                    .map(|tolerance| self.rows(material, roughness, *tolerance, &targets, &bar, &refused));
+                    .map(|tolerance| self.rows(material, roughness, *tolerance, &targets, &bar));
                 let mut each: Vec<Vec<Row>> = each.collect::<Result<_, Failure>>()?;
                 // the tolerances of one direction below each other
                 let longest = each.iter().map(Vec::len).max().unwrap_or(0);
@@ -110,7 +112,7 @@ impl Rho {
                     rows.extend(each.iter_mut().filter_map(Vec::pop));
                 }
             }
-            Ok((rows, refused.get()))
+            Ok(rows)
         })?;
         bar.finish_and_clear();
         if self.common.json {
@@ -118,14 +120,45 @@ impl Rho {
             format::say(serde_json::to_string_pretty(
                 &json!({ "scene": scene.name, "results": results }),
             )?);
-        } else {
+        } else if rows.iter().any(|row| row.estimate.is_ok()) {
             report(&rows, tolerances.len() > 1);
         }
-        // nobody asked for the default angles in particular
+        self.tell_refused(&rows)
+    }
+
+    /// Says why rows have no value, each reason once for all that share it.
+    ///
+    /// # Errors
+    /// When any of them was asked for.
+    fn tell_refused(&self, rows: &[Row]) -> Result<(), Failure> {
+        let mut told: Vec<(String, Vec<String>)> = Vec::new();
+        let mut refused = 0;
+        if rows.is_empty() {
+            return Ok(());
+        }
+        for row in rows {
+            let Err(error) = &row.estimate else { continue };
+            // nobody asked for the default angles in particular, and with them all is said that there is
+            refused += usize::from(!(self.default_angles() && matches!(error, IntegrateError::Diverges(_))));
+            let (material, place) = (format!("material `{}`", row.name()), row.place());
+            match told
+                .iter_mut()
+                .find(|(reason, _)| *reason == format!("{material}: {error}"))
+            {
+                Some((_, places)) => places.push(place),
+                None => told.push((format!("{material}: {error}"), vec![place])),
+            }
+        }
+        let reasons = told
+            .iter()
+            .map(|(reason, places)| format!("{reason} ({})", shortened(places)));
+        if refused == rows.len() {
+            return Err(reasons.collect::<Vec<_>>().join("\n").into());
+        }
+        reasons.for_each(|reason| eprintln!("note: {reason}"));
         match refused {
             0 => Ok(()),
-            _ if self.default_angles() => Ok(()),
-            _ => Err(format!("{refused} of the values asked for do not exist, see the notes above").into()),
+            _ => Err(format!("{refused} of {} values were refused, see the notes above", rows.len()).into()),
         }
     }
 
@@ -163,17 +196,16 @@ impl Rho {
         tolerance: Option<f64>,
         targets: &[Option<Direction>],
         bar: &ProgressBar,
-        refused: &Cell<usize>,
     ) -> Result<Vec<Row<'a>>, Failure> {
-        let failed = |error: &dyn Display| format!("material `{}`: {error}", material.name);
         let start = Instant::now();
         let model = material
             .model
             .at(roughness.map(|(_, value)| value))
-            .map_err(|error| failed(&error))?;
+            .map_err(|error| format!("material `{}`: {error}", material.name))?;
         let effort = self.common.effort(&model, tolerance);
-        let integrator = Integrator::new(&model, self.common.estimator, effort).map_err(|error| failed(&error))?;
-        let mut shared = (integrator.shared_evaluations(), start.elapsed().as_secs_f64());
+        let integrator = Integrator::new(&model, self.common.estimator, effort);
+        let evaluations = integrator.as_ref().map_or(0, Integrator::shared_evaluations);
+        let mut shared = (evaluations, start.elapsed().as_secs_f64());
         let mut rows = Vec::new();
         let lobes: Vec<Lobe> = Lobe::ALL
             .into_iter()
@@ -185,18 +217,19 @@ impl Rho {
                 let target = direction.map_or(Target::rho_hh(), |direction| {
                     Target::rho_hd(direction.mu, direction.phi_deg.to_radians())
                 });
-                let result = integrator.estimate(target.of(lobe), cell as u64);
-                let mut estimate = match result {
-                    // the other rows are worth having
-                    Err(error @ IntegrateError::Diverges(_)) => {
-                        bar.suspend(|| format::note(failed(&error)));
-                        refused.set(refused.get() + 1);
-                        continue;
-                    }
-                    estimate => estimate.map_err(|error| failed(&error))?,
-                };
-                estimate.evaluations += shared.0;
+                // where one direction has no value, the others are worth having
+                let estimate = integrator
+                    .as_ref()
+                    .map_err(Clone::clone)
+                    .and_then(|integrator| integrator.estimate(target.of(lobe), cell as u64))
+                    .map(|estimate| Estimate {
+                        evaluations: estimate.evaluations + shared.0,
+                        ..estimate
+                    });
                 let seconds = start.elapsed().as_secs_f64() + shared.1;
+                if estimate.is_ok() {
+                    shared = (0, 0.0);
+                }
                 rows.push(Row {
                     material,
                     roughness,
@@ -204,10 +237,10 @@ impl Rho {
                     lobe,
                     direction,
                     channels: model.channels(),
+                    estimator: self.common.estimator,
                     estimate,
                     seconds,
                 });
-                shared = (0, 0.0);
             }
             bar.inc(1);
         }
@@ -240,51 +273,90 @@ impl Row<'_> {
         if self.direction.is_some() { "rho_hd" } else { "rho_hh" }
     }
 
+    fn name(&self) -> String {
+        match self.roughness {
+            Some((parameter, value)) => format!("{}, {parameter} = {value}", self.material.name),
+            None => self.material.name.clone(),
+        }
+    }
+
+    /// The integral, for messages.
+    fn place(&self) -> String {
+        let of_lobe = match self.lobe {
+            Lobe::Reflection => "",
+            Lobe::Transmission => " of the transmission",
+        };
+        match self.direction {
+            Some(Direction { mu, phi_deg, .. }) => {
+                format!("rho_hd{of_lobe} at mu = {}, phi = {phi_deg} degrees", Number(mu))
+            }
+            None => format!("rho_hh{of_lobe}"),
+        }
+    }
+
     fn as_json(&self) -> Value {
+        let known = self.estimate.as_ref().ok();
+        let channels = |of: fn(&Estimate) -> DVec3| known.map(|estimate| self.channels.of(of(estimate)));
         let mut value = json!({
             "material": self.material.name,
             "quantity": self.quantity(),
             "lobe": self.lobe.name(),
             "mu": self.direction.map(|direction| direction.mu),
             "phi_deg": self.direction.map(|direction| direction.phi_deg),
-            "value": self.channels.of(self.estimate.value),
-            "error": self.channels.of(self.estimate.error),
+            "value": channels(|estimate| estimate.value),
+            "error": channels(|estimate| estimate.error),
             "tolerance": self.tolerance,
-            "error_kind": self.estimate.kind.name(),
-            "estimator": self.estimate.estimator.name(),
-            "evaluations": self.estimate.evaluations,
+            "error_kind": known.map(|estimate| estimate.kind.name()),
+            "estimator": known.map_or(self.estimator, |estimate| estimate.estimator).name(),
+            "evaluations": known.map(|estimate| estimate.evaluations),
             "seconds": self.seconds,
         });
-        if let (Some((name, roughness)), Some(object)) = (self.roughness, value.as_object_mut()) {
-            object.insert("roughness".into(), json!({ name: roughness }));
+        if let Some(object) = value.as_object_mut() {
+            if let Some((name, roughness)) = self.roughness {
+                object.insert("roughness".into(), json!({ name: roughness }));
+            }
+            if let Err(error) = &self.estimate {
+                object.insert("refused".into(), json!(error.to_string()));
+            }
         }
         value
     }
 
     fn cells(&self, several: bool) -> Vec<String> {
-        let name = match self.roughness {
-            Some((parameter, value)) => format!("{}, {parameter} = {value}", self.material.name),
-            None => self.material.name.clone(),
-        };
         let direction = |f: fn(Direction) -> String| self.direction.map_or_else(|| "-".into(), f);
         let mut cells = vec![
-            name,
+            self.name(),
             self.quantity().into(),
             self.lobe.name().into(),
             direction(|direction| format!("{:.4}", direction.theta_deg)),
             direction(|direction| format!("{:.6}", direction.mu)),
             direction(|direction| format!("{}", direction.phi_deg)),
-            format::channels(&self.channels.of(self.estimate.value), |value| format!("{value:.10}")),
-            format::error(self.channels.of(self.estimate.error).into_iter().fold(0.0, f64::max)),
-            self.estimate.kind.name().into(),
-            self.estimate.estimator.name().into(),
-            format::count(self.estimate.evaluations),
-            format::seconds(self.seconds),
         ];
+        cells.extend(match &self.estimate {
+            Ok(estimate) => [
+                format::channels(&self.channels.of(estimate.value), |value| format!("{value:.10}")),
+                format::error(self.channels.of(estimate.error).into_iter().fold(0.0, f64::max)),
+                estimate.kind.name().into(),
+                estimate.estimator.name().into(),
+                format::count(estimate.evaluations),
+            ],
+            Err(_) => ["refused", "-", "-", self.estimator.name(), "-"].map(Into::into),
+        });
+        cells.push(format::seconds(self.seconds));
         if several {
             cells.insert(TOLERANCE, format!("{:e}", self.tolerance));
         }
         cells
+    }
+}
+
+/// The first of several places, and how many more there are.
+fn shortened(places: &[String]) -> String {
+    const SHOWN: usize = 3;
+    let first = places[..places.len().min(SHOWN)].join("; ");
+    match places.len().saturating_sub(SHOWN) {
+        0 => first,
+        more => format!("{first}; and {more} more"),
     }
 }
 

@@ -67,10 +67,11 @@ impl Elliptic {
 }
 
 impl Anisotropic {
-    /// Parameters along x and y, each in the range of [`Elliptic::legal`].
+    /// Parameters along the tangents x and y, each in the range of [`Elliptic::legal`]: slopes m or alpha in [1e-6, 10],
+    /// exponents in [0, 1e8]. Any ratio is allowed.
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range.
+    /// [`ParameterError`] outside that range, with the value and the range, for x before y.
     pub fn new(kind: Elliptic, x: f64, y: f64) -> Result<Self, ParameterError> {
         let [legal_x, legal_y] = kind.legal();
         let parameters = [legal_x.check(x)?, legal_y.check(y)?];

@@ -11,10 +11,10 @@ pub struct Beckmann {
 }
 
 impl Beckmann {
-    /// Root-mean-square slope `m` in [1e-6, 10].
+    /// Root-mean-square slope `m` in [1e-6, 10], [`BECKMANN_M`], a tangent.
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range.
+    /// [`ParameterError`] outside that range, with the value and the range.
     pub fn new(m: f64) -> Result<Self, ParameterError> {
         Ok(Self {
             m: BECKMANN_M.check(m)?,

@@ -11,10 +11,10 @@ pub struct Ggx {
 }
 
 impl Ggx {
-    /// Width `alpha` of the slopes in [1e-6, 10].
+    /// Width `alpha` of the slopes in [1e-6, 10], [`GGX_ALPHA`], a tangent.
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range.
+    /// [`ParameterError`] outside that range, with the value and the range.
     pub fn new(alpha: f64) -> Result<Self, ParameterError> {
         Ok(Self {
             alpha: GGX_ALPHA.check(alpha)?,

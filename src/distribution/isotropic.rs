@@ -42,10 +42,11 @@ impl Family {
     /// Every family.
     pub const ALL: [Self; 4] = [Self::Vmf, Self::Beckmann, Self::Phong, Self::Ggx];
 
-    /// The member of the family with the given roughness parameter.
+    /// The member of the family with the given roughness parameter: kappa in [0, 1e12] for vMF, the slopes m and alpha in
+    /// [1e-6, 10] for Beckmann and GGX, n in [0, 1e8] for Phong; see [`Family::legal`].
     ///
     /// # Errors
-    /// [`ParameterError`] outside [`Family::legal`].
+    /// [`ParameterError`] outside that range, with the value and the range.
     pub fn with(self, roughness: f64) -> Result<Isotropic, ParameterError> {
         Ok(match self {
             Self::Vmf => Isotropic::Vmf(Vmf::new(roughness)?),

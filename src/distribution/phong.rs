@@ -11,10 +11,10 @@ pub struct Phong {
 }
 
 impl Phong {
-    /// Exponent `n` in [0, 1e8].
+    /// Exponent `n` in [0, 1e8], [`PHONG_N`], without a unit.
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range.
+    /// [`ParameterError`] outside that range, with the value and the range.
     pub fn new(n: f64) -> Result<Self, ParameterError> {
         Ok(Self { n: PHONG_N.check(n)? })
     }

@@ -91,3 +91,19 @@ fn parameters_outside_the_legal_range_are_refused() {
         }
     }
 }
+
+/// e^(E - kappa) overflows from E = kappa + 710 on, where the angle is the horizon long since.
+#[test]
+fn exposures_beyond_the_exponential_are_at_the_horizon() {
+    for kappa in [1.0, 17.0, 500.0] {
+        for beyond in [600.0, 709.0, 710.0, 1000.0, 1e300] {
+            let theta = Family::Vmf.with(kappa).unwrap().at_exposure(kappa + beyond);
+            assert!(
+                theta.sin == 1.0 && (0.0..1e-250).contains(&theta.cos),
+                "{kappa} {beyond}: {theta:?}"
+            );
+        }
+    }
+    // and a density that has vanished there is no 0/0
+    assert_eq!(Family::Vmf.with(1e9).unwrap().d(Polar { sin: 1.0, cos: 0.0 }), 0.0);
+}

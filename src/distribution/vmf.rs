@@ -23,10 +23,10 @@ pub struct Vmf {
 const UNIFORM: f64 = 1e-16;
 
 impl Vmf {
-    /// Concentration `kappa` in [0, 1e12]; 0 is the uniform hemisphere.
+    /// Concentration `kappa` in [0, 1e12], [`KAPPA`], without a unit; 0 is the uniform hemisphere.
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range.
+    /// [`ParameterError`] outside that range, with the value and the range.
     pub fn new(kappa: f64) -> Result<Self, ParameterError> {
         KAPPA.check(kappa)?;
         let (decay, whole) = (libm::exp(-kappa), -libm::expm1(-kappa));
@@ -58,7 +58,9 @@ impl Vmf {
     }
 
     pub(super) fn d(&self, theta: Polar) -> f64 {
-        self.p(theta) / theta.cos
+        let p = self.p(theta);
+        // what has vanished at the horizon stays so
+        if p == 0.0 { 0.0 } else { p / theta.cos }
     }
 
     /// P = (1 - e^(-kappa v))/(1 - e^-kappa) and 1 - P = e^(-kappa v) (1 - e^(-kappa cos))/(1 - e^-kappa): the smaller
@@ -94,8 +96,10 @@ impl Vmf {
             // a sum of two positive numbers, whose logarithm is not near 0
             -lanes::ln(self.decay + self.whole * lanes::exp(-exposure)) / kappa
         } else {
-            // e^E - 1 = e^E to the last bit
-            (exposure - libm::log1p(libm::exp(exposure - kappa))) / kappa
+            // e^E - 1 = e^E to the last bit; of ln(1 + e^(E - kappa)) the form that does not overflow
+            let beyond = exposure - kappa;
+            let rest = libm::log1p(libm::exp(-beyond.abs()));
+            (exposure.min(kappa) - rest) / kappa
         };
         if versine < 0.5 {
             return Polar::from_versine(versine.max(0.0), 1.0 - versine);

@@ -46,18 +46,18 @@ pub enum Fresnel {
 }
 
 impl Fresnel {
-    /// Dielectric with eta in [0.01, 100].
+    /// Dielectric with relative index eta in [0.01, 100] in every channel, [`ETA`].
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range.
+    /// [`ParameterError`] outside that range, with the value and the range.
     pub fn dielectric(eta: Spectrum) -> Result<Self, ParameterError> {
         Ok(Self::Dielectric { eta: eta.check(ETA)? })
     }
 
-    /// Conductor with eta in [0.01, 100] and k in [0, 100].
+    /// Conductor with eta in [0.01, 100], [`ETA`], and k in [0, 100], [`EXTINCTION`], in every channel.
     ///
     /// # Errors
-    /// [`ParameterError`] outside those ranges.
+    /// [`ParameterError`] outside those ranges, with the value and the range.
     pub fn conductor(eta: Spectrum, k: Spectrum) -> Result<Self, ParameterError> {
         Ok(Self::Conductor {
             eta: eta.check(ETA)?,
@@ -65,10 +65,10 @@ impl Fresnel {
         })
     }
 
-    /// Approximate conductor with eta in [0.01, 100] and k in [0, 100].
+    /// Approximate conductor with eta in [0.01, 100], [`ETA`], and k in [0, 100], [`EXTINCTION`], in every channel.
     ///
     /// # Errors
-    /// [`ParameterError`] outside those ranges.
+    /// [`ParameterError`] outside those ranges, with the value and the range.
     pub fn conductor_approximate(eta: Spectrum, k: Spectrum) -> Result<Self, ParameterError> {
         Ok(Self::ConductorApproximate {
             eta: eta.check(ETA)?,
@@ -76,10 +76,10 @@ impl Fresnel {
         })
     }
 
-    /// Schlick's approximation with r0 in [0, 1].
+    /// Schlick's approximation with r0 in [0, 1] in every channel, [`R0`].
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range.
+    /// [`ParameterError`] outside that range, with the value and the range.
     pub fn schlick(r0: Spectrum) -> Result<Self, ParameterError> {
         Ok(Self::Schlick { r0: r0.check(R0)? })
     }

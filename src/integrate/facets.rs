@@ -19,7 +19,8 @@ mod tests;
 
 use super::hemisphere::Mean;
 use super::lobe::{Kink, NODE_LIMIT, pieces};
-use super::{IntegrateError, UNMASKED, UNMASKED_COAT, smith_hd};
+use super::unbounded::{UNMASKED, UNMASKED_COAT, is_vmf};
+use super::{IntegrateError, smith_hd};
 use crate::bxdf::{FresnelBlend, Microfacet};
 use crate::distribution::{Distribution, Isotropic};
 use crate::fresnel::Edge;
@@ -123,10 +124,6 @@ pub(super) fn coat_rho_hh(blend: &FresnelBlend, tolerance: f64) -> Result<Integr
         grows: is_vmf(blend.distribution()),
     }
     .integrate(tolerance, |mu, phi, allowed| coat_rho_hd(blend, mu, phi, allowed))
-}
-
-fn is_vmf(distribution: &Distribution) -> bool {
-    matches!(distribution, Distribution::Isotropic(Isotropic::Vmf(_)))
 }
 
 impl Facets<'_> {

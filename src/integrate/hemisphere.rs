@@ -4,8 +4,9 @@
 
 use super::IntegrateError;
 use super::lobe::{Kink, pieces};
-use crate::numerics::quadrature::{Bounded, Integral, Piece, integrate};
+use crate::numerics::quadrature::{Bounded, Integral, Piece, integrate_while};
 use glam::DVec3;
+use std::cell::{Cell, RefCell};
 use std::f64::consts::FRAC_PI_2;
 
 /// Shares of the tolerance: what is cut off at the horizon, what rho_hd may leave, and the rest for the mean.
@@ -13,8 +14,11 @@ const HORIZON_SHARE: f64 = 0.05;
 const INNER_SHARE: f64 = 0.35;
 const OUTER_SHARE: f64 = 0.6;
 
-/// Most directions.
+/// Most directions along either angle.
 const NODE_LIMIT: u64 = 4000;
+
+/// Most evaluations of all directions together, beyond which no further one is begun: some minutes of one core.
+const EVALUATION_LIMIT: u64 = 1 << 30;
 
 /// What is known of rho_hd as a function of the direction.
 pub(super) struct Mean<'a> {
@@ -52,35 +56,44 @@ impl Mean<'_> {
             .flat_map(|w| pieces(w[0], w[1]))
             .collect();
         let along_phi = [Piece::smooth(0.0, FRAC_PI_2)];
-        let mut evaluations = 0;
-        let mut failure = None;
-        let mut at = |mu: f64, phi: f64, allowed: f64| match rho_hd(mu, phi, allowed) {
-            Ok(integral) => {
-                evaluations += integral.evaluations;
-                integral.bounded
+        let spent = Cell::new(0);
+        let failure: RefCell<Option<IntegrateError>> = RefCell::new(None);
+        let failed = |error: IntegrateError| {
+            failure.borrow_mut().get_or_insert(error);
+            Bounded::exact(DVec3::NAN)
+        };
+        let more = |directions: u64| directions < NODE_LIMIT && spent.get() < EVALUATION_LIMIT;
+        let mut at = |mu: f64, phi: f64, allowed: f64| {
+            if failure.borrow().is_some() {
+                return Bounded::exact(DVec3::NAN);
             }
-            Err(error) => {
-                failure.get_or_insert(error);
-                Bounded::exact(DVec3::NAN)
+            match rho_hd(mu, phi, allowed) {
+                Ok(integral) => {
+                    spent.set(spent.get() + integral.evaluations);
+                    integral.bounded
+                }
+                Err(IntegrateError::NotConverged(error)) => failed(error.of_whole(tolerance).into()),
+                Err(error) => failed(error),
             }
         };
-        let outer = integrate(&along_mu, OUTER_SHARE * tolerance, NODE_LIMIT, |mu| {
+        let outer = integrate_while(&along_mu, OUTER_SHARE * tolerance, more, |mu| {
             // spread evenly over mu rho_hd where that is what is bounded
             let allowed = INNER_SHARE * tolerance / if self.grows { 2.0 * mu } else { 1.0 };
             if !self.anisotropic {
                 return at(mu, 0.0, allowed).scaled(2.0 * mu);
             }
-            let around = integrate(&along_phi, 0.5 * allowed * FRAC_PI_2, NODE_LIMIT, |phi| {
+            let around = integrate_while(&along_phi, 0.5 * allowed * FRAC_PI_2, more, |phi| {
                 at(mu, phi, 0.5 * allowed)
             });
             match around {
                 Ok(around) => around.bounded.scaled(2.0 * mu / FRAC_PI_2),
-                Err(_) => Bounded::exact(DVec3::NAN),
+                Err(error) => failed(error.of_whole(tolerance).into()),
             }
         });
-        match (failure, outer) {
-            (Some(error), _) => Err(error),
-            (None, Err(error)) => Err(error.into()),
+        let evaluations = spent.get();
+        match (failure.into_inner(), outer) {
+            (Some(error), _) => Err(error.costing(evaluations)),
+            (None, Err(error)) => Err(IntegrateError::from(error.of_whole(tolerance)).costing(evaluations)),
             (None, Ok(mut integral)) => {
                 integral.bounded.error += DVec3::splat(HORIZON_SHARE * tolerance);
                 Ok(Integral {

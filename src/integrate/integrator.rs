@@ -4,9 +4,11 @@ use super::deterministic::{
     UNSPENT_SHARE, closed_form, quadrature, quadrature_with, total_albedo, total_mean, unspent, unspent_of,
 };
 use super::monte_carlo::{self, Outgoing, Samples, Trial, outgoing};
-use super::{Effort, Estimate, Estimator, IntegrateError, Lobe, Target, sampled};
+use super::{Effort, Estimate, Estimator, IntegrateError, Lobe, Target, sampled, unbounded};
 use crate::bxdf::{Bxdf, DiffuseSpecular, Model, Sampling};
 use crate::numerics::points::Points;
+use crate::numerics::quadrature::NotConverged;
+use glam::DVec3;
 
 /// Most samples that a tolerance may ask for: some minutes of one core.
 const SAMPLE_LIMIT: u64 = 1 << 34;
@@ -17,6 +19,9 @@ const MEASURED: Estimator = Estimator::MonteCarlo {
     sampling: Sampling::Bxdf,
     points: Points::Quasi,
 };
+
+/// What sums of some hundred terms round off comes on top of the tolerance, relative to the value and to 1.
+const ROUNDING: f64 = 2e-14;
 
 /// Cell of the random streams of what all directions share; cells of directions count from 0.
 const SHARED_CELL: u64 = u64::MAX;
@@ -60,7 +65,8 @@ impl<'a> Integrator<'a> {
             }
             (Estimator::Auto, _) if model.is_irregular() => integrator.bxdf = Some(sampled(model)?),
             (Estimator::Auto | Estimator::Quadrature, Model::DiffuseSpecular(coupled)) => {
-                integrator.unspent = Some(unspent(coupled, share)?);
+                let shared = unspent(coupled, share).map_err(|error| error.of_whole(effort.tolerance))?;
+                integrator.unspent = Some(shared);
             }
             _ => {}
         }
@@ -104,9 +110,25 @@ impl<'a> Integrator<'a> {
             (Estimator::MonteCarlo { sampling, points }, None) => {
                 self.draw((sampling, points), target, tolerance, cell)
             }
-            (_, Some(unspent)) => quadrature_with(self.model, target, tolerance, unspent),
-            (_, None) => quadrature(self.model, target, tolerance),
+            (_, Some(unspent)) => self.kept(quadrature_with(self.model, target, tolerance, unspent)),
+            (_, None) => self.kept(quadrature(self.model, target, tolerance)),
         }
+    }
+
+    /// What quadrature found, if it has kept the tolerance; failures in terms of that.
+    fn kept(&self, found: Result<Estimate, IntegrateError>) -> Result<Estimate, IntegrateError> {
+        let tolerance = self.effort.tolerance;
+        let estimate = found.map_err(|error| error.of_whole(tolerance))?;
+        let digits = estimate.value.abs().max(DVec3::ONE) * ROUNDING;
+        if estimate.error.cmple(DVec3::splat(tolerance) + digits).all() {
+            return Ok(estimate);
+        }
+        Err(NotConverged {
+            reached: estimate.error.max_element(),
+            tolerance,
+            evaluations: estimate.evaluations,
+        }
+        .into())
     }
 
     /// A coupling over a lobe that only samples know.
@@ -139,6 +161,7 @@ impl<'a> Integrator<'a> {
                 reason: "it was not made ready for sampling; use auto",
             });
         };
+        unbounded::refuse(self.model, target)?;
         let samples = self.effort.samples.map_or(
             Samples::UpTo {
                 tolerance,

@@ -143,7 +143,8 @@ pub(super) fn pieces((from, start): (f64, Kink), (to, end): (f64, Kink)) -> Vec<
     if from == 0.0 || to <= LOGARITHMIC_RATIO * from {
         return vec![Piece::kinked(from, to, start.above, end.below)];
     }
-    let log = libm::log(to / from);
+    // the quotient may overflow
+    let log = libm::log(to) - libm::log(from);
     let count = (log / LONGEST_LOG).ceil().max(1.0) as usize;
     let at = |i: usize| {
         if i == count {

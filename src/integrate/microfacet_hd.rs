@@ -10,9 +10,10 @@
 //! - In theta_h the pattern of segments changes where a kink enters or leaves at phi = 0 or pi. Those are angles in the
 //!   plane of incidence, simple fractions of the elevation beta = pi/2 - theta_o.
 
+use super::IntegrateError;
 use super::lobe::{Kink, LobeIntegral, NODE_LIMIT};
 use super::segment::{Place, Segment, azimuth_mean, mean_between};
-use super::{IntegrateError, UNMASKED};
+use super::unbounded::UNMASKED;
 use crate::bxdf::Microfacet;
 use crate::distribution::Isotropic;
 use crate::fresnel::{Edge, Fresnel};
@@ -29,6 +30,8 @@ pub(super) fn rho_hd(
     mu: f64,
     tolerance: f64,
 ) -> Result<Integral, IntegrateError> {
+    // the reciprocal of a subnormal number is infinite
+    let mu = if mu < f64::MIN_POSITIVE { 0.0 } else { mu };
     let grooves = microfacet.masking == Masking::VGroove;
     if !grooves && mu == 0.0 {
         return Err(IntegrateError::Diverges(UNMASKED));

@@ -16,7 +16,7 @@ use crate::numerics::points::Points;
 use glam::DVec3;
 
 /// Samples that carry the mean, [`Moments::effective`], below which no spread is stated.
-const FEWEST_HITS: f64 = 100.0;
+pub(super) const FEWEST_HITS: f64 = 100.0;
 
 /// Probability with which the stated interval covers the value.
 pub const CONFIDENCE: f64 = 0.99;

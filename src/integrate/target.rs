@@ -21,7 +21,8 @@ pub struct Angles {
 }
 
 impl Target {
-    /// rho_hd of the reflection at cos theta_o = `mu` and azimuth `phi` in radians.
+    /// rho_hd of the reflection at cos theta_o = `mu` in [0, 1], [`MU`](crate::parameter::MU), and azimuth `phi` in radians.
+    /// Callers check: a cosine outside that range has no meaning.
     pub fn rho_hd(mu: f64, phi: f64) -> Self {
         Self {
             lobe: Lobe::Reflection,

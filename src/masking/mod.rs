@@ -75,7 +75,7 @@ impl Masking {
     pub fn weight(self, distribution: &Distribution, wo: DVec3, wi: DVec3, cos: Cosines) -> f64 {
         let unmasked = cos.d / (cos.o * cos.h);
         match self {
-            Self::None => unmasked,
+            Self::None => unmasked.min(LARGEST),
             Self::VGroove => unmasked.min(2.0).min(2.0 * cos.i / cos.o),
             Self::Smith | Self::SmithCorrelated => self
                 .smith(distribution)

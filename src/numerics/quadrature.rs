@@ -9,7 +9,9 @@
 //! they start over.
 
 use super::patterson::{ABSCISSAE, LEVELS, NODES_OF_LEVEL, WEIGHTS};
+use crate::parameter::Number;
 use glam::DVec3;
+use std::fmt;
 use thiserror::Error;
 
 /// A value of an integrand, or an integral, with a bound of its error, per channel.
@@ -81,14 +83,55 @@ impl Integral {
 
 /// The tolerance was not met within the allowed number of evaluations.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("reached {reached:.1e} instead of {tolerance:.1e} after {evaluations} evaluations")]
 pub struct NotConverged {
-    /// Error bound reached.
+    /// Error bound reached; infinite where there is none, the integrand being no finite number somewhere.
     pub reached: f64,
     /// Error asked for.
     pub tolerance: f64,
     /// Evaluations spent.
     pub evaluations: u64,
+}
+
+impl NotConverged {
+    /// The same failure of a part, in terms of the `tolerance` of the whole.
+    ///
+    /// The tolerances of all parts are fixed shares of that of the whole: what missed its own by some factor needs the whole
+    /// to be looser by that factor.
+    pub fn of_whole(self, tolerance: f64) -> Self {
+        Self {
+            reached: self.reached * (tolerance / self.tolerance),
+            tolerance,
+            ..self
+        }
+    }
+
+    /// A round tolerance within reach, if there is any: the next power of ten above twice the error reached.
+    pub fn within_reach(&self) -> Option<f64> {
+        let exponent = libm::ceil(libm::log10(2.0 * self.reached));
+        (exponent.is_finite() && exponent <= 0.0).then(|| libm::pow(10.0, exponent))
+    }
+}
+
+impl fmt::Display for NotConverged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (asked, evaluations) = (Number(self.tolerance), self.evaluations);
+        if !self.reached.is_finite() {
+            return write!(
+                f,
+                "no error was reached instead of the {asked} asked for, after {evaluations} evaluations: \
+                 the integrand overflows; use a Monte Carlo estimator"
+            );
+        }
+        let reached = self.reached;
+        write!(
+            f,
+            "an error of {reached:.1e} was reached instead of the {asked} asked for, after {evaluations} evaluations: "
+        )?;
+        match self.within_reach() {
+            Some(tolerance) => write!(f, "loosen --tolerance to {tolerance:e}, or use a Monte Carlo estimator"),
+            None => write!(f, "no tolerance up to 1 is within reach"),
+        }
+    }
 }
 
 /// An interval on which the integrand is smooth inside.
@@ -132,7 +175,12 @@ impl Piece {
     /// Both ends must be positive.
     pub fn logarithmic(self) -> Self {
         Self {
-            log_ratio: Some(libm::log(self.to / self.from)),
+            // the quotient may overflow, and of numbers near each other it keeps more digits
+            log_ratio: Some(if self.from < 1e-150 {
+                libm::log(self.to) - libm::log(self.from)
+            } else {
+                libm::log(self.to / self.from)
+            }),
             // over several e-foldings 7 nodes do not see the shape yet, and what they agree on with 3 says little
             first_level: 2,
             ..self
@@ -308,6 +356,19 @@ pub fn integrate(
     pieces: &[Piece],
     tolerance: f64,
     limit: u64,
+    f: impl FnMut(f64) -> Bounded,
+) -> Result<Integral, NotConverged> {
+    integrate_while(pieces, tolerance, |evaluations| evaluations < limit, f)
+}
+
+/// [`integrate`] for as long as `more`, told after every round how often `f` was evaluated, allows another one.
+///
+/// # Errors
+/// [`NotConverged`] when it does not and the tolerance is not met.
+pub fn integrate_while(
+    pieces: &[Piece],
+    tolerance: f64,
+    more: impl Fn(u64) -> bool,
     mut f: impl FnMut(f64) -> Bounded,
 ) -> Result<Integral, NotConverged> {
     let mut evaluations = 0;
@@ -336,7 +397,7 @@ pub fn integrate(
                 evaluations,
             });
         }
-        if evaluations >= limit {
+        if !more(evaluations) {
             return Err(NotConverged {
                 reached: open.max_element(),
                 tolerance,

@@ -8,6 +8,7 @@ use super::Microfacet;
 use crate::bxdf::weights::{BLOCK, Draws, Lane};
 use crate::bxdf::{Bxdf, Flags, Sampling};
 use crate::distribution::{Isotropic, lanes as distribution};
+use crate::masking::Masking;
 use crate::masking::lanes::{Facets, Mask, visible_slopes, visible_walls};
 use crate::numerics::lanes::sin_cos_turns;
 use multiversion::multiversion;
@@ -21,7 +22,12 @@ impl Microfacet {
         };
         let profile = self.distribution.isotropic();
         // f depends on the sides of the directions alone, and these loops are for those above
-        if draws.wo[2][..draws.len].iter().any(|z| *z < 0.0) || !side.contains(Flags::REFLECTION) {
+        let heights = &draws.wo[2][..draws.len];
+        if heights.iter().any(|z| *z < 0.0) || !side.contains(Flags::REFLECTION) {
+            return false;
+        }
+        // where f has no limit
+        if self.masking == Masking::None && heights.contains(&0.0) {
             return false;
         }
         let mut facets = Facets {

@@ -220,3 +220,32 @@ fn smith_goes_with_slopes_only() {
     let refused = Microfacet::new(too_much, beckmann, Masking::Smith, Fresnel::None).unwrap_err();
     assert!(matches!(refused, ModelError::Parameter(error) if error.parameter == "reflectance"));
 }
+
+/// Directions below the surface and at the horizon are turned over to a cosine of -0, which is 0.
+#[test]
+fn a_cosine_of_minus_zero_is_that_of_the_horizon() {
+    let lobe = Family::Vmf.with(1.0).unwrap();
+    let grooves = Microfacet::new(Spectrum::grey(1.0), lobe, Masking::VGroove, Fresnel::None).unwrap();
+    let steep = DVec3::new(0.6, 0.0, 0.8);
+    let (above, below) = (DVec3::new(1.0, 0.0, 0.0), DVec3::new(1.0, 0.0, -0.0));
+    assert_eq!(grooves.f(steep, below), grooves.f(steep, above));
+    assert_eq!(grooves.f(-steep, -above), grooves.f(steep, above));
+    assert!(grooves.f(steep, below).is_finite());
+    assert_eq!(grooves.pdf(below, steep), grooves.pdf(above, steep));
+    for sampling in [Sampling::Normals, Sampling::Visible] {
+        let drawn = grooves.sample(sampling, -below, [0.3, 0.4, 0.5]);
+        assert!(drawn.pdf.is_finite() && drawn.pdf >= 0.0, "{drawn:?}");
+    }
+}
+
+/// Without masking f has no limit where wo is at the horizon: it counts 0, and so does every draw.
+#[test]
+fn nothing_is_drawn_at_the_horizon_without_masking() {
+    let lobe = Family::Vmf.with(1.0).unwrap();
+    let open = Microfacet::new(Spectrum::grey(0.0), lobe, Masking::None, Fresnel::None).unwrap();
+    for sampling in Sampling::ALL {
+        for u in [[0.3, 0.0, 0.5], [0.9, 0.5, 0.1]] {
+            assert_eq!(open.sample(sampling, DVec3::X, u).weight, DVec3::ZERO, "{sampling:?}");
+        }
+    }
+}

@@ -17,10 +17,12 @@ pub struct FresnelSpecular {
 }
 
 impl FresnelSpecular {
-    /// Reflectance and transmittance in [0, 1]; the indices `eta_a` above and `eta_b` below the surface in [0.01, 100].
+    /// Reflectance and transmittance in [0, 1] in every channel, [`REFLECTANCE`] and [`TRANSMITTANCE`]; the indices `eta_a`
+    /// above and `eta_b` below the surface in [0.01, 100], [`ETA_A`](crate::parameter::ETA_A) and
+    /// [`ETA_B`](crate::parameter::ETA_B).
     ///
     /// # Errors
-    /// [`ParameterError`] outside those ranges.
+    /// [`ParameterError`] outside those ranges, with the value and the range.
     pub fn new(
         reflectance: Spectrum,
         transmittance: Spectrum,

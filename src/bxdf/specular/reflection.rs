@@ -20,10 +20,10 @@ pub struct SpecularReflection {
 }
 
 impl SpecularReflection {
-    /// Reflectance in [0, 1]; the Fresnel term carries its own legal ranges.
+    /// Reflectance in [0, 1] in every channel, [`REFLECTANCE`]; the Fresnel term was checked when it was made.
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range.
+    /// [`ParameterError`] outside that range, with the value and the range.
     pub fn new(reflectance: Spectrum, fresnel: Fresnel) -> Result<Self, ParameterError> {
         Ok(Self {
             reflectance: reflectance.check(REFLECTANCE)?,

@@ -17,10 +17,11 @@ pub struct SpecularTransmission {
 }
 
 impl SpecularTransmission {
-    /// Transmittance in [0, 1]; the indices `eta_a` above and `eta_b` below the surface in [0.01, 100].
+    /// Transmittance in [0, 1] in every channel, [`TRANSMITTANCE`]; the indices `eta_a` above and `eta_b` below the surface in
+    /// [0.01, 100], [`ETA_A`](crate::parameter::ETA_A) and [`ETA_B`](crate::parameter::ETA_B).
     ///
     /// # Errors
-    /// [`ParameterError`] outside those ranges.
+    /// [`ParameterError`] outside those ranges, with the value and the range.
     pub fn new(transmittance: Spectrum, eta_a: f64, eta_b: f64, transport: Transport) -> Result<Self, ParameterError> {
         Ok(Self {
             transmittance: transmittance.check(TRANSMITTANCE)?,
