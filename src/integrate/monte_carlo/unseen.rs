@@ -13,10 +13,12 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 /// The part of the half-width that the spread of sets of points does not show.
 ///
 /// A region of the cube of volume ln(1/(1 - confidence))/N need not hold one of N points, whether they keep clear of each
-/// other or not. Two things may hide there:
+/// other or not. Three things may hide there:
 ///
 /// - A peak. It changes the mean by the largest weight, seen or expected, times that volume. The more samples are about as
 ///   large, the better is the peak known, so beyond [`FEWEST_HITS`] of them the term falls in proportion.
+/// - A dip, where weights that are much alike elsewhere are lost: at most the mean times that volume. Elongated narrow lobes
+///   have such layers at grazing angles, of normals across wo, about mu over their width thin.
 /// - An end of a coordinate, where normals are steep and directions grazing and weights may differ from all others, being
 ///   lost for instance. Weights are compared there, shell by shell, with those at the edge of the region.
 pub(super) fn unseen<B: Bxdf + ?Sized>(bxdf: &B, trial: &Trial, all: &Moments, spent: &mut u64) -> DVec3 {
@@ -28,7 +30,12 @@ pub(super) fn unseen<B: Bxdf + ?Sized>(bxdf: &B, trial: &Trial, all: &Moments, s
         all.largest() * (volume * (FEWEST_HITS / hits).min(DVec3::ONE)),
         DVec3::ZERO,
     );
-    peak + ends(bxdf, trial, volume, spent)
+    let dip = if dimensions(bxdf, trial) > 0 {
+        all.mean().abs() * volume.min(1.0)
+    } else {
+        DVec3::ZERO
+    };
+    peak + dip + ends(bxdf, trial, volume, spent)
 }
 
 /// Shells towards the end of a coordinate, each a [`SHRINK`]th of the one before: the last ends at 1e-14 of the first.
