@@ -1,8 +1,9 @@
-//! Numerical ground floor: nested quadrature, branch-free functions for vector loops, interpolating curves, running moments, random streams, points of
-//! the unit cube, Gaussian integrals.
+//! Numerical ground floor: nested quadrature, branch-free functions for vector loops, interpolating curves, running moments,
+//! random streams, points of the unit cube, Gaussian integrals.
 
 pub mod curve;
 pub mod gaussian;
+pub mod integral;
 pub mod lanes;
 pub mod moments;
 pub mod patterson;

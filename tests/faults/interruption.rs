@@ -6,6 +6,7 @@ use super::directory::{
 };
 use std::fs;
 use std::path::Path;
+use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 use whitefurnace::export::manifest::Manifest;
 use whitefurnace::export::store::UNFINISHED;
@@ -161,6 +162,17 @@ fn a_bake_goes_on_from_every_rename() {
     }
 }
 
+/// What a bake says to Ctrl-C.
+#[cfg(unix)]
+fn interrupted(child: Child) -> String {
+    let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(signal.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let message = errors(&output);
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    message
+}
+
 /// Ctrl-C says what is kept, in so many words, and the same command goes on.
 #[cfg(unix)]
 #[test]
@@ -170,13 +182,7 @@ fn an_interrupt_says_what_is_kept() {
     let scene = scene(directory.path(), "s.toml", &kappas);
     let out = directory.path().join("out");
     let child = begun(bake(&scene, &out), &out);
-    let interrupt = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(interrupt.unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    let message = errors(&output);
-    assert_eq!(output.status.code(), Some(130), "{message}");
+    let message = interrupted(child);
     let words: Vec<&str> = message.split_whitespace().collect();
     let [said, "of", "120", "tables", "are", "finished", "and", "kept", "in", ..] = words[1..] else {
         panic!("{message}");
@@ -220,13 +226,7 @@ fn an_early_interrupt_leaves_nothing() {
     }
     // the handler stands right after the directory
     std::thread::sleep(Duration::from_millis(300));
-    let interrupt = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(interrupt.unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    let message = errors(&output);
-    assert_eq!(output.status.code(), Some(130), "{message}");
+    let message = interrupted(child);
     assert!(
         message.contains("interrupted: no table was finished, nothing is kept"),
         "{message}"
