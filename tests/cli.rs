@@ -193,13 +193,20 @@ fn a_bake_that_fails_leaves_nothing_half_written() {
     refused(here, &[&uniform[..], &["--out", "old"]].concat());
     assert_eq!(read(), before);
 
-    // a directory in the place of a table is found when the tables are written: no manifest, no temporary files
+    // a directory in the place of a table is found when the tables are to take their names: no manifest, no parts of files, and
+    // what is finished is kept
     fs::create_dir_all(here.join("taken/lobe.rho_hd.exr/inside")).unwrap();
     let errors = refused(here, &[&["bake", "narrow.toml", "--out", "taken"], &SMALL[..]].concat());
     assert!(errors.contains("taken/lobe.rho_hd.exr"), "{errors}");
     assert_eq!(
         files(&here.join("taken")),
-        BTreeSet::from(["lobe.rho_hd.exr".to_string()])
+        BTreeSet::from([".furnace".to_string(), "lobe.rho_hd.exr".to_string()])
+    );
+    assert!(errors.contains("2 tables are finished and kept in taken"), "{errors}");
+    assert!(
+        files(&here.join("taken/.furnace"))
+            .iter()
+            .all(|name| name.ends_with(".exr"))
     );
 
     fs::write(here.join("file"), b"mine").unwrap();
@@ -1005,7 +1012,7 @@ fn verify_refuses_what_makes_no_sense() {
         (&["verify", "--confidence", "0.5"][..], "between 0.5 and 1"),
         (&["verify", "--confidence", "1"], "between 0.5 and 1"),
         (&["verify", "--confidence", "nan"], "confidence"),
-        (&["verify", "--confidence=-1"], "confidence lies in"),
+        (&["verify", "--confidence=-1"], "between 0.5 and 1, ends excluded"),
         (&["verify", "--material", "unobtainium"], "no material `unobtainium`"),
         (&["verify", "missing.toml"], "missing.toml"),
         (&["verify", "--tables", "missing"], "missing/manifest.json"),
