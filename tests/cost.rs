@@ -316,7 +316,7 @@ fn wrong_usage_is_refused_before_the_work() {
     let directory = tempfile::tempdir().unwrap();
     fs::write(directory.path().join("file"), b"x").unwrap();
     for (arguments, reason) in [
-        (&["cost", "--seconds", "0"][..], "seconds lies in [1, 86400]"),
+        (&["cost", "--seconds", "0"][..], "seconds is a number in [1, 86400]"),
         (
             &["cost", "--material", "none-such"][..],
             "the scene has no material `none-such`",
