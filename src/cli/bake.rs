@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 use whitefurnace::export::manifest::{Manifest, TableEntry};
-use whitefurnace::export::store::{Store, key};
+use whitefurnace::export::store::{Store, UNFINISHED, file_name, key};
 use whitefurnace::export::{exr, sha256_hex};
 use whitefurnace::integrate::choice::{Chooser, Wish};
 use whitefurnace::integrate::{FillError, fill, fill_within, request};
@@ -108,7 +108,11 @@ impl Bake {
             .map(|table| key(&request(table, wish.as_ref())))
             .collect();
         let find = |(table, key): (&TablePlan, &String)| {
-            let kept = if self.no_cache { None } else { store.find(key) }?;
+            let kept = if self.no_cache {
+                None
+            } else {
+                store.find(key, &table.id)
+            }?;
             Some(Baked::new(&kept.table, table.purpose, kept.bytes, kept.sha256, true))
         };
         let mut baked: Vec<Option<Baked>> = plan.tables.iter().zip(&keys).map(find).collect();
@@ -141,7 +145,7 @@ impl Bake {
 impl Baked {
     fn new(table: &Table, purpose: &'static str, bytes: u64, sha256: String, found: bool) -> Self {
         Self {
-            entry: TableEntry::new(table, format!("{}.exr", table.id), bytes, sha256),
+            entry: TableEntry::new(table, file_name(&table.id), bytes, sha256),
             purpose,
             row: report::row(table),
             excess: report::excess(table),
@@ -164,6 +168,14 @@ impl Job<'_> {
         match self {
             Self::Planned(plan) => plan,
             Self::Chosen { plan, .. } => plan,
+        }
+    }
+
+    /// How often it is computed, as a rule: chosen sizes of two axes are measured and corrected.
+    fn repeats(&self) -> f64 {
+        match self {
+            Self::Chosen { plan, .. } if plan.alternatives.iter().any(|axes| axes.len() > 1) => 2.0,
+            _ => 1.0,
         }
     }
 
@@ -210,7 +222,8 @@ pub(super) fn choosers<'a>(
 /// A failure, and what of the work is not lost.
 fn kept_for_later(store: &Store, failure: Failure) -> Failure {
     let finished = *store.abandon();
-    if finished == 0 {
+    // a directory that was taken away is not where anything is kept
+    if finished == 0 || !store.directory().join(UNFINISHED).exists() {
         return failure;
     }
     let directory = store.directory().display();

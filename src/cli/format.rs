@@ -41,7 +41,7 @@ pub(super) fn say(text: impl AsRef<str>) {
     for line in text.as_ref().lines() {
         if let Err(error) = writeln!(out, "{}", escaped(line.trim_end())) {
             if error.kind() != ErrorKind::BrokenPipe {
-                eprintln!("error: cannot write to standard output: {error}");
+                complain(format!("error: cannot write to standard output: {error}"));
                 exit(2);
             }
             return;
@@ -68,9 +68,14 @@ fn escaped(line: &str) -> Cow<'_, str> {
     text.into()
 }
 
-/// Prints to standard error.
+/// Prints to standard error. There is nobody to tell when that fails, and no reason to stop.
+pub(super) fn complain(text: impl AsRef<str>) {
+    let _ = writeln!(stderr(), "{}", printable_lines(text.as_ref()));
+}
+
+/// Prints a note to standard error.
 pub(super) fn note(text: impl AsRef<str>) {
-    eprintln!("note: {}", printable_lines(text.as_ref()));
+    complain(format!("note: {}", text.as_ref()));
 }
 
 /// Some of the names, and how many more there are.

@@ -19,7 +19,7 @@ use whitefurnace::estimate::{Effort, Estimator, default_tolerance};
 use whitefurnace::export::write;
 use whitefurnace::integrate::choice::Wish;
 use whitefurnace::plan::Request;
-use whitefurnace::printable::{is_hidden, printable_lines};
+use whitefurnace::printable::is_hidden;
 use whitefurnace::scene::{Material, Scene};
 use whitefurnace::table::axis::Mapping;
 
@@ -52,7 +52,7 @@ impl Arguments {
             // the shell may have put the names of others here
             let text = error.to_string();
             if error.use_stderr() && text.contains(|c: char| is_hidden(c) && c != '\n') {
-                eprint!("{}", printable_lines(&text));
+                format::complain(text.trim_end());
                 exit(2)
             }
             error.exit()
@@ -137,7 +137,7 @@ impl<E: Into<Box<dyn Error + Send + Sync>>> From<E> for Failure {
 impl Failure {
     /// Writes the error and those of its causes that it does not quote to standard error.
     pub(crate) fn tell(&self) {
-        eprintln!("error: {}", printable_lines(&self.to_string()));
+        format::complain(format!("error: {self}"));
     }
 }
 

@@ -155,7 +155,7 @@ impl Rho {
         if refused == rows.len() {
             return Err(reasons.collect::<Vec<_>>().join("\n").into());
         }
-        reasons.for_each(|reason| eprintln!("note: {reason}"));
+        reasons.for_each(format::note);
         match refused {
             0 => Ok(()),
             _ => Err(format!("{refused} of {} values were refused, see the notes above", rows.len()).into()),
@@ -329,7 +329,10 @@ impl Row<'_> {
             self.quantity().into(),
             self.lobe.name().into(),
             direction(|direction| format!("{:.4}", direction.theta_deg)),
-            direction(|direction| format!("{:.6}", direction.mu)),
+            direction(|direction| match direction.mu {
+                small if small != 0.0 && small < 1e-4 => format!("{small:.2e}"),
+                mu => format!("{mu:.6}"),
+            }),
             direction(|direction| format!("{}", direction.phi_deg)),
         ];
         cells.extend(match &self.estimate {

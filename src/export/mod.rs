@@ -55,6 +55,12 @@ pub enum ExportError {
         /// The directory.
         path: PathBuf,
     },
+    /// A finished table that is no longer where it was put.
+    #[error("{} is gone, where this bake had put a finished table: bake again", path.display())]
+    Vanished {
+        /// The file.
+        path: PathBuf,
+    },
     /// A table that the format cannot hold.
     #[error("cannot encode table {id}: {reason}")]
     Encode {

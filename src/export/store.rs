@@ -13,13 +13,13 @@
 
 use super::manifest::{self, Manifest};
 use super::read::{Contents, read_exr};
-use super::write::{create_dir, sync_dir, write_checked_later, write_whole};
+use super::write::{PART, create_dir, sync_dir, write_checked_later, write_whole};
 use super::{ExportError, FORMAT, VERSION, sha256_hex};
 use crate::regular;
 use crate::table::Table;
 use std::collections::HashMap;
 use std::fs::{self, File, TryLockError};
-use std::io::{ErrorKind, Read};
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -78,6 +78,10 @@ impl Store {
         create_dir(directory)?;
         let lock = lock(directory)?;
         let waiting = directory.join(UNFINISHED);
+        if fs::symlink_metadata(&waiting).is_ok_and(|about| about.is_symlink()) {
+            let reason = "it is a symbolic link, and tables have to wait beside those that they replace";
+            return Err(ExportError::io("use", &waiting)(io::Error::other(reason)));
+        }
         create_dir(&waiting)?;
         let mut found = HashMap::new();
         // what waits counts more than what is in place: it is named by what it answers
@@ -98,12 +102,14 @@ impl Store {
         self.directory.join(UNFINISHED)
     }
 
-    /// The finished table with this `key`, whole and as it was written; `None` when there is none or it was damaged.
-    pub fn find(&self, key: &str) -> Option<Kept> {
+    /// The finished table `id` with this `key`, whole and as it was written; `None` when there is none or it was damaged.
+    pub fn find(&self, key: &str, id: &str) -> Option<Kept> {
         let found = self.found.get(key.get(..DIGITS)?)?;
-        let file = read_exr(&found.path).ok()?;
+        // nothing waits or stands under a name that is not its own, unless somebody has had a hand in it
+        let is_own = found.path == self.directory.join(file_name(id)) || found.path.starts_with(self.waiting());
+        let file = is_own.then(|| read_exr(&found.path))?.ok()?;
         match file.contents {
-            Contents::Table { table, .. } if file.sha256.starts_with(&found.hash) => {
+            Contents::Table { table, .. } if file.sha256.starts_with(&found.hash) && table.id == id => {
                 *self.finished() += 1;
                 Some(Kept {
                     table: *table,
@@ -131,7 +137,8 @@ impl Store {
     /// Files that are in place already are not touched.
     ///
     /// # Errors
-    /// [`ExportError::Io`] with the path. What is kept stays so.
+    /// [`ExportError::Io`] with the path, and [`ExportError::Vanished`] when somebody has taken a table away. What is kept stays
+    /// so.
     pub fn publish(&self, manifest: &Manifest) -> Result<(), ExportError> {
         let _finished = self.finished();
         let (waiting, name) = (self.waiting(), manifest::FILE_NAME);
@@ -141,8 +148,11 @@ impl Store {
         for entry in &manifest.tables {
             let key = manifest.requests.get(&entry.id).map_or("", String::as_str);
             let from = waiting.join(waiting_name(key, &entry.sha256));
+            let to = self.directory.join(&entry.file);
             if from.exists() {
-                renames.push((from, self.directory.join(&entry.file)));
+                renames.push((from, to));
+            } else if !fs::metadata(&to).is_ok_and(|about| about.is_file() && about.len() == entry.bytes) {
+                return Err(ExportError::Vanished { path: from });
             }
         }
         // on the disk before they get their names
@@ -160,19 +170,26 @@ impl Store {
             write_whole(&pending, json.as_bytes())?;
         }
         // from here until the end there is no manifest: one that speaks of other files would be worse
+        let before = regular::open(&last).ok().map(|(file, _)| file);
         if is_new && last.exists() {
             fs::remove_file(&last).map_err(ExportError::io("replace", &last))?;
         }
-        for (from, to) in renames {
-            fs::rename(from, &to).map_err(ExportError::io("write", &to))?;
+        for (index, (from, to)) in renames.iter().enumerate() {
+            fs::rename(from, to).map_err(|source| {
+                if let (0, Some(mut before)) = (index, before.as_ref()) {
+                    // nothing is replaced yet
+                    let mut json = Vec::new();
+                    drop(before.read_to_end(&mut json).map(|_| write_whole(&last, &json)));
+                }
+                ExportError::io("write", to)(source)
+            })?;
         }
         if is_new {
             sync_dir(&self.directory);
             fs::rename(&pending, &last).map_err(ExportError::io("write", &last))?;
         }
         sync_dir(&self.directory);
-        // what else waits there is of bakes that were given up; all is done by now, and nothing depends on this
-        drop(fs::remove_dir_all(&waiting));
+        clear(&waiting);
         Ok(())
     }
 
@@ -206,6 +223,33 @@ fn holds(path: &Path, bytes: &[u8]) -> bool {
     regular::open(path).is_ok_and(same)
 }
 
+/// Removes what waits of bakes that were given up, and the directory unless somebody keeps files of another kind there. All is
+/// done by then, and nothing depends on it.
+fn clear(waiting: &Path) {
+    for entry in fs::read_dir(waiting).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if waiting_parts(&name).is_some() || name.ends_with(PART) || name == manifest::FILE_NAME {
+            drop(fs::remove_file(entry.path()));
+        }
+    }
+    drop(fs::remove_dir(waiting));
+}
+
+/// Name of the file of the table `id`.
+pub fn file_name(id: &str) -> String {
+    format!("{id}.exr")
+}
+
+/// Key and hash in the name of a waiting file.
+fn waiting_parts(name: &str) -> Option<(&str, &str)> {
+    let parts = name.strip_suffix(".exr")?.split_once('-')?;
+    [parts.0, parts.1]
+        .iter()
+        .all(|part| part.len() == DIGITS && part.bytes().all(|digit| digit.is_ascii_hexdigit()))
+        .then_some(parts)
+}
+
 /// Name of the waiting file with this key and this hash.
 fn waiting_name(key: &str, sha256: &str) -> String {
     let part = |text: &str| text.get(..DIGITS).unwrap_or(text).to_owned();
@@ -221,11 +265,9 @@ fn waiting_in(waiting: &Path) -> Result<Vec<(String, Found)>, ExportError> {
         let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
             continue;
         };
-        if name.ends_with(super::write::PART) {
+        if name.ends_with(PART) {
             drop(fs::remove_file(&path));
-        } else if let Some((key, hash)) = name.strip_suffix(".exr").and_then(|stem| stem.split_once('-'))
-            && [key.len(), hash.len()] == [DIGITS; 2]
-        {
+        } else if let Some((key, hash)) = waiting_parts(name) {
             let (key, hash) = (key.to_owned(), hash.to_owned());
             found.push((key, Found { path, hash }));
         }

@@ -16,16 +16,7 @@ use rayon::prelude::*;
 pub(super) fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -> Result<Between, FillError> {
     let axes = &table.axes;
     let is_irregular = model_at(plan, None).is_ok_and(|model| model.is_irregular());
-    let effort = Effort {
-        // samples cost the square of what they gain
-        tolerance: if is_irregular {
-            plan.effort.tolerance
-        } else {
-            plan.effort.tolerance.min(FINEST)
-        },
-        samples: None,
-        ..plan.effort
-    };
+    let effort = reference_effort(plan);
     let lookup_error = |place: &[f64], estimate: &Estimate| {
         let difference = (table.sample(place) - estimate.value).abs() + estimate.error;
         difference.to_array()[..table.channels.count()]
@@ -108,6 +99,21 @@ pub(super) fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -
             ..top
         },
     ))
+}
+
+/// To which error the references of `plan` are computed.
+pub(super) fn reference_effort(plan: &TablePlan) -> Effort {
+    let is_irregular = model_at(plan, None).is_ok_and(|model| model.is_irregular());
+    Effort {
+        // samples cost the square of what they gain
+        tolerance: if is_irregular {
+            plan.effort.tolerance
+        } else {
+            plan.effort.tolerance.min(FINEST)
+        },
+        samples: None,
+        ..plan.effort
+    }
 }
 
 /// Error of the references of coarse tables, so that they tell the table's error and not their own.

@@ -1,8 +1,8 @@
 //! Eq. 28 made ready for sampling: the specular albedo that it needs, computed once.
 
 use super::deterministic::{quadrature, unspent};
-use super::{IntegrateError, Target};
-use crate::bxdf::{Bxdf, CoupledBxdf, DiffuseSpecular, SpecularAlbedo};
+use super::{Estimator, IntegrateError, Target};
+use crate::bxdf::{Bxdf, CoupledBxdf, DiffuseSpecular, Sampling, SpecularAlbedo};
 use crate::numerics::quadrature::Bounded;
 use crate::numerics::surface::Surface;
 
@@ -19,7 +19,14 @@ const SURFACE_TOLERANCE: f64 = 1e-5;
 pub fn coupled_bxdf<S: Bxdf>(parameters: &DiffuseSpecular, specular: S) -> Result<CoupledBxdf<S>, IntegrateError> {
     let lobe = parameters.specular();
     // a curve would follow 1/mu for ever: ask at the limit first
-    quadrature(lobe, Target::rho_hd(0.0, 0.0), CURVE_TOLERANCE)?;
+    quadrature(lobe, Target::rho_hd(0.0, 0.0), CURVE_TOLERANCE).map_err(|error| match error {
+        IntegrateError::Diverges(_) => IntegrateError::Unsupported {
+            estimator: Estimator::random(Sampling::Bxdf),
+            reason: "its coupling needs the albedo of the specular lobe from every direction, and that grows without bound as \
+                     mu -> 0; use quadrature, or another masking or distribution",
+        },
+        error => error,
+    })?;
     let rho = |mu: f64, phi: f64, tolerance: f64| {
         let rho = quadrature(lobe, Target::rho_hd(mu, phi), 0.1 * tolerance)?;
         Ok::<_, IntegrateError>(Bounded {

@@ -1,10 +1,11 @@
 //! What tables will cost, judged by a few of their integrals.
 
-use super::fill::{FillError, model_at, work};
-use super::{Integrator, Target};
+use super::between::{places, reference_effort};
+use super::fill::{FillError, model_at};
+use super::{Effort, Estimator, Integrator, Target};
 use crate::plan::TablePlan;
 use crate::table::Quantity;
-use crate::table::axis::{AZIMUTH, MU};
+use crate::table::axis::{AZIMUTH, Axis, MU};
 use std::time::{Duration, Instant};
 
 /// What a table will cost on one core of this machine.
@@ -21,10 +22,13 @@ pub struct Forecast {
 /// Cosines at which the cost of a direction is sampled, one of the middle first.
 const PROBES: [f64; 4] = [0.45, 0.02, 0.85, 0.15];
 
-/// Azimuth at which it is: neither tangent.
-const PROBE_AZIMUTH: f64 = 0.7;
+/// Azimuths at which it is.
+const AZIMUTHS: [f64; 4] = [0.7, 0.05, 1.2, 1.5];
 
-/// Probes end when they have taken this long.
+/// Places along a roughness range at which it is: lobes of one end may cost ten times those of the other.
+const ROUGHNESSES: [f64; 3] = [0.5, 0.1, 0.9];
+
+/// Probes of one kind end when they have taken this long.
 const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Directions whose integrals make up rho_hh of a slow isotropic model and of an anisotropic one, as a rule.
@@ -34,83 +38,161 @@ const MEAN_OVER_DIRECTIONS: f64 = 1000.0;
 /// A direction that takes longer is no longer a small part of a forecast of rho_hh by rho_hh itself.
 const QUICK: f64 = 1e-3;
 
-/// Integrates at a few directions in the middle of the roughness range of `plan` and scales up.
+/// Integrals that climbing to the largest error between texels takes along one axis and along two.
+const CLIMBS: [f64; 2] = [80.0, 320.0];
+
+/// Seconds to encode, write and put in place one file.
+const FILE: f64 = 5e-4;
+
+/// Times and evaluations of one integral and of what all directions share, on average.
+#[derive(Debug, Clone, Copy, Default)]
+struct Probe {
+    seconds: f64,
+    evaluations: f64,
+    shared_seconds: f64,
+    shared_evaluations: f64,
+}
+
+/// Integrates at a few directions and roughnesses of `plan` and scales up.
 ///
 /// # Errors
 /// [`FillError`] with the direction that failed.
 pub fn forecast(plan: &TablePlan) -> Result<Forecast, FillError> {
-    let mut axes = plan.alternatives.iter().flatten();
-    let roughness = axes.find(|axis| axis.parameter != MU && axis.parameter != AZIMUTH);
-    let middle = roughness.map(|axis| axis.value(0.5));
-    // what directions share is computed anew for each roughness
-    let shared = roughness.map_or(1, |axis| axis.size) as f64;
-    let model = model_at(plan, middle)?;
-    let failed = |at: String| {
+    let axes: &[Axis] = plan.alternatives.first().map_or(&[], Vec::as_slice);
+    let roughness = axes
+        .iter()
+        .find(|axis| axis.parameter != MU && axis.parameter != AZIMUTH);
+    let (texel, estimator) = probes(plan, roughness, plan.estimator, plan.effort)?;
+    // between texels the best estimator is the reference, to an error of its own
+    let reference = reference_effort(plan);
+    let lookup = match axes {
+        [] => Probe::default(),
+        _ if plan.estimator == Estimator::Auto && reference == plan.effort => texel,
+        _ => probes(plan, roughness, Estimator::Auto, reference)?.0,
+    };
+    let rows = roughness.map_or(1, |axis| axis.size) as f64;
+    let alternatives = plan.alternatives.len() as f64;
+    let texels = plan.texels() as f64;
+    let places: f64 = plan
+        .alternatives
+        .iter()
+        .map(|axes| places(plan, axes).len() as f64)
+        .sum();
+    let climbs = match axes.len() {
+        0 => 0.0,
+        count => CLIMBS[count.min(2) - 1] * alternatives,
+    };
+    Ok(Forecast {
+        estimator,
+        evaluations: texel.evaluations * texels + rows * texel.shared_evaluations,
+        seconds: FILE
+            + alternatives * (texels * texel.seconds + rows * texel.shared_seconds)
+            + (places + climbs) * lookup.seconds
+            + 2.0 * alternatives * rows * lookup.shared_seconds,
+    })
+}
+
+/// What an integral of `plan` takes, and the estimator that it gets.
+fn probes(
+    plan: &TablePlan,
+    roughness: Option<&Axis>,
+    estimator: Estimator,
+    effort: Effort,
+) -> Result<(Probe, &'static str), FillError> {
+    let places: &[f64] = if roughness.is_some() {
+        &ROUGHNESSES
+    } else {
+        &ROUGHNESSES[..1]
+    };
+    let (start, mut sum, mut count, mut name) = (Instant::now(), Probe::default(), 0.0, "");
+    for place in places {
+        if count > 0.0 && start.elapsed() > PATIENCE {
+            break;
+        }
+        let at = roughness.map(|axis| (axis.parameter.as_str(), axis.value(*place)));
+        let (probe, found) = probe(plan, at, estimator, effort)?;
+        sum.seconds += probe.seconds;
+        sum.evaluations += probe.evaluations;
+        sum.shared_seconds += probe.shared_seconds;
+        sum.shared_evaluations += probe.shared_evaluations;
+        count += 1.0;
+        // that of the middle stands for all
+        if name.is_empty() {
+            name = found;
+        }
+    }
+    let mean = Probe {
+        seconds: sum.seconds / count,
+        evaluations: sum.evaluations / count,
+        shared_seconds: sum.shared_seconds / count,
+        shared_evaluations: sum.shared_evaluations / count,
+    };
+    Ok((mean, name))
+}
+
+/// What an integral of `plan` takes at one roughness.
+fn probe(
+    plan: &TablePlan,
+    roughness: Option<(&str, f64)>,
+    estimator: Estimator,
+    effort: Effort,
+) -> Result<(Probe, &'static str), FillError> {
+    let model = model_at(plan, roughness.map(|(_, value)| value))?;
+    let failed = |target: &Target| {
+        let angles = target.outgoing.map(|angles| format!("mu = {}", angles.mu));
+        let roughness = roughness.map(|(name, value)| format!("{name} = {value}"));
+        let at = angles.into_iter().chain(roughness).collect::<Vec<_>>().join(", ");
         move |source| FillError::Integral {
             id: plan.id.clone(),
             at,
             source,
         }
     };
-    let place = |target: &Target| {
-        let roughness = roughness.map(|axis| axis.parameter.as_str()).zip(middle);
-        let roughness = roughness.map(|(name, value)| format!("{name} = {value}"));
-        let angles = target.outgoing.map(|angles| format!("mu = {}", angles.mu));
-        let parts: Vec<String> = angles.into_iter().chain(roughness).collect();
-        parts.join(", ")
-    };
+    let mean = Target::rho_hh().of(plan.lobe);
     let start = Instant::now();
-    let integrator = Integrator::new(&model, plan.estimator, plan.effort).map_err(failed(place(&Target::rho_hh())))?;
-    let beginning = start.elapsed().as_secs_f64();
-    let probe = |targets: &[Target]| -> Result<Probe, FillError> {
-        let begin = Instant::now();
-        let mut found = Vec::new();
+    let integrator = Integrator::new(&model, estimator, effort).map_err(failed(&mean))?;
+    let shared_seconds = start.elapsed().as_secs_f64();
+    // the mean of all: their costs differ, and dear ones count
+    let over = |targets: &[Target]| -> Result<(f64, f64), FillError> {
+        let start = Instant::now();
+        let (mut evaluations, mut count) = (0.0, 0.0);
         for (cell, target) in targets.iter().enumerate() {
-            if !found.is_empty() && begin.elapsed() > PATIENCE {
+            if count > 0.0 && start.elapsed() > PATIENCE {
                 break;
             }
-            let start = Instant::now();
-            let estimate = integrator
-                .estimate(*target, cell as u64)
-                .map_err(failed(place(target)))?;
-            found.push((start.elapsed().as_secs_f64(), estimate.evaluations as f64));
+            let estimate = integrator.estimate(*target, cell as u64).map_err(failed(target))?;
+            evaluations += estimate.evaluations as f64;
+            count += 1.0;
         }
-        // the median: one interruption by the system outweighs all directions together
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let count = found.len();
-        Ok(Probe {
-            seconds: found.get(count / 2).map_or(0.0, |probe| probe.0),
-            evaluations: found.iter().map(|probe| probe.1).sum::<f64>() / count.max(1) as f64,
-        })
+        Ok((start.elapsed().as_secs_f64() / count, evaluations / count))
     };
-    let directions = PROBES.map(|mu| Target::rho_hd(mu, PROBE_AZIMUTH).of(plan.lobe));
-    let mean = Target::rho_hh().of(plan.lobe);
-    let (each, times, estimator) = match plan.quantity {
-        Quantity::RhoHd => (probe(&directions)?, 1.0, integrator.estimator(directions[0])),
+    let directions: Vec<Target> = PROBES
+        .iter()
+        .zip(AZIMUTHS)
+        .map(|(mu, phi)| Target::rho_hd(*mu, phi).of(plan.lobe))
+        .collect();
+    let (target, times, (seconds, evaluations)) = match plan.quantity {
+        Quantity::RhoHd => (directions[0], 1.0, over(&directions)?),
+        // a mean that takes long is told from its directions, and not paid for
         Quantity::RhoHh => {
-            // a mean that takes long is told from its directions, and not paid for
-            let direction = probe(&directions)?;
-            let estimator = integrator.estimator(mean);
-            if model.is_anisotropic() {
-                (direction, MEAN_OVER_DIRECTIONS, estimator)
-            } else if direction.seconds > QUICK {
-                (direction, MEAN_OVER_LINE, estimator)
+            let direction = over(&directions)?;
+            let samples = matches!(integrator.estimator(mean), Estimator::MonteCarlo { .. });
+            if model.is_anisotropic() && !samples {
+                (mean, MEAN_OVER_DIRECTIONS, direction)
+            } else if direction.0 > QUICK && !samples {
+                (mean, MEAN_OVER_LINE, direction)
             } else {
-                (probe(&[mean])?, 1.0, estimator)
+                (mean, 1.0, over(&[mean])?)
             }
         }
     };
-    Ok(Forecast {
-        estimator: estimator.name(),
-        evaluations: each.evaluations * times * plan.texels() as f64 + shared * integrator.shared_evaluations() as f64,
-        seconds: each.seconds * times * work(plan) as f64 + shared * beginning,
-    })
-}
-
-/// What a direction takes.
-struct Probe {
-    seconds: f64,
-    evaluations: f64,
+    let probe = Probe {
+        seconds: seconds * times,
+        evaluations: evaluations * times,
+        shared_seconds,
+        shared_evaluations: integrator.shared_evaluations() as f64,
+    };
+    Ok((probe, integrator.estimator(target).name()))
 }
 
 /// The seconds of each of the `plans`, and how many of them were looked at within `patience`: the others get the mean of

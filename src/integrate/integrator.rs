@@ -119,8 +119,7 @@ impl<'a> Integrator<'a> {
     fn kept(&self, found: Result<Estimate, IntegrateError>) -> Result<Estimate, IntegrateError> {
         let tolerance = self.effort.tolerance;
         let estimate = found.map_err(|error| error.of_whole(tolerance))?;
-        let digits = estimate.value.abs().max(DVec3::ONE) * ROUNDING;
-        if estimate.error.cmple(DVec3::splat(tolerance) + digits).all() {
+        if estimate.error.cmple(DVec3::splat(tolerance + ROUNDING)).all() {
             return Ok(estimate);
         }
         Err(NotConverged {

@@ -142,7 +142,7 @@ mod tests {
         assert_eq!(
             whole.to_string(),
             "the tolerance was not met: an error of 3.0e-7 was reached instead of the 1e-8 asked for, after 12 evaluations: \
-             loosen --tolerance to 1e-6, or use a Monte Carlo estimator"
+             loosen --tolerance to 1e-6"
         );
         let overflow = NotConverged {
             reached: f64::INFINITY,

@@ -96,10 +96,14 @@ impl NotConverged {
         }
     }
 
-    /// A round tolerance within reach, if there is any: the next power of ten above twice the error reached.
+    /// A round tolerance within reach, if there is any that says something of an albedo: the next power of ten above twice the
+    /// error reached, at most 0.1.
     pub fn within_reach(&self) -> Option<f64> {
         let exponent = libm::ceil(libm::log10(2.0 * self.reached));
-        (exponent.is_finite() && exponent <= 0.0).then(|| libm::pow(10.0, exponent))
+        // through its digits, which powers of 10 are off by
+        (exponent.is_finite() && exponent <= -1.0)
+            .then(|| format!("1e{exponent}").parse().ok())
+            .flatten()
     }
 }
 
@@ -110,7 +114,7 @@ impl fmt::Display for NotConverged {
             return write!(
                 f,
                 "no error was reached instead of the {asked} asked for, after {evaluations} evaluations: \
-                 the integrand overflows; use a Monte Carlo estimator"
+                 the integrand overflows"
             );
         }
         let reached = self.reached;
@@ -119,8 +123,8 @@ impl fmt::Display for NotConverged {
             "an error of {reached:.1e} was reached instead of the {asked} asked for, after {evaluations} evaluations: "
         )?;
         match self.within_reach() {
-            Some(tolerance) => write!(f, "loosen --tolerance to {tolerance:e}, or use a Monte Carlo estimator"),
-            None => write!(f, "no tolerance up to 1 is within reach"),
+            Some(tolerance) => write!(f, "loosen --tolerance to {tolerance:e}"),
+            None => write!(f, "no tolerance is within reach"),
         }
     }
 }

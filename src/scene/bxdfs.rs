@@ -7,8 +7,7 @@ use super::spec::ModelSpec;
 use super::table::{Entry, Rule, Table};
 use super::vocabulary::{BXDFS, BxdfType, COUPLINGS, MASKINGS, TRANSPORTS};
 use crate::bxdf::{
-    Coupling, Flags, FresnelSpecular, HalfAngle, Irregular, Lambertian, OrenNayar, SpecularReflection,
-    SpecularTransmission, Transport,
+    Coupling, Flags, FresnelSpecular, Lambertian, OrenNayar, SpecularReflection, SpecularTransmission, Transport,
 };
 use crate::parameter::{
     ETA_A, ETA_B, KD, KS, Legal, ParameterError, RD, REFLECTANCE, RS, SCALE, SIGMA_DEG, TRANSMITTANCE,
@@ -154,13 +153,13 @@ fn sum(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
 fn merl(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     table.only("merl", &["type", "path"])?;
     let entry = table.required("path", &PATH_RULE)?;
-    Ok(ModelSpec::HalfAngle(HalfAngle::new(entry.data(Library::merl)?)))
+    Ok(ModelSpec::HalfAngle(entry.data(Library::merl)?.as_ref().clone()))
 }
 
 fn irregular(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     table.only("irregular", &["type", "path"])?;
     let entry = table.required("path", &PATH_RULE)?;
-    Ok(ModelSpec::Irregular(Irregular::new(entry.data(Library::irregular)?)))
+    Ok(ModelSpec::Irregular(entry.data(Library::irregular)?.as_ref().clone()))
 }
 
 const PATH_RULE: &str = "path is the name of a file, relative to the scene file";

@@ -1,6 +1,7 @@
 //! The measured files of a scene: each is read once, however often and by whatever names it is used, and all of them together
 //! have a limit. Without either, a scene of a few lines could ask for any amount of memory.
 
+use crate::bxdf::{HalfAngle, Irregular};
 use crate::measured::MeasuredError;
 use crate::measured::cie::SpectralSamples;
 use crate::measured::index::{ConductorIndex, read_spd};
@@ -22,22 +23,24 @@ type Shelf<T> = RefCell<HashMap<PathBuf, Arc<T>>>;
 /// What has been read for one scene.
 #[derive(Default)]
 pub(super) struct Library {
-    merl: Shelf<MerlTable>,
-    irregular: Shelf<IrregularSamples>,
+    merl: Shelf<HalfAngle>,
+    irregular: Shelf<Irregular>,
     index: Shelf<ConductorIndex>,
     spectra: Shelf<SpectralSamples>,
     bytes: Cell<u64>,
 }
 
 impl Library {
-    /// A half-angle table.
-    pub(super) fn merl(&self, path: &Path) -> Result<Arc<MerlTable>, MeasuredError> {
-        self.fetch(&self.merl, path, |path| MerlTable::read(path))
+    /// A half-angle table, with what its sampling needs.
+    pub(super) fn merl(&self, path: &Path) -> Result<Arc<HalfAngle>, MeasuredError> {
+        let read = |path: &Path| Ok(HalfAngle::new(Arc::new(MerlTable::read(path)?)));
+        self.fetch(&self.merl, path, read)
     }
 
-    /// Irregular samples.
-    pub(super) fn irregular(&self, path: &Path) -> Result<Arc<IrregularSamples>, MeasuredError> {
-        self.fetch(&self.irregular, path, IrregularSamples::read)
+    /// Irregular samples, with what their sampling needs: of a large file that takes most of a second.
+    pub(super) fn irregular(&self, path: &Path) -> Result<Arc<Irregular>, MeasuredError> {
+        let read = |path: &Path| Ok(Irregular::new(Arc::new(IrregularSamples::read(path)?)));
+        self.fetch(&self.irregular, path, read)
     }
 
     /// A table of eta and k.

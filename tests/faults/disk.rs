@@ -1,7 +1,9 @@
 //! Disks that are full or read-only, directories without permission or taken away: exit code 2, a message with the path, and
 //! no half-written file.
 
-use super::directory::{assert_finished, assert_whole, bake, begun, errors, files, good, names, refused, scene};
+use super::directory::{
+    assert_finished, assert_whole, bake, begun, errors, files, good, names, refused, scene, waiting,
+};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -185,4 +187,70 @@ fn a_directory_that_vanishes_is_named() {
     // what was finished is where the directory went
     let report = good(bake(&path, &elsewhere));
     assert!(String::from_utf8_lossy(&report.stdout).contains("of them found finished"));
+}
+
+/// Kept tables that somebody takes away in the midst of a bake: it does not end as if they were there.
+#[test]
+fn tables_that_vanish_are_named() {
+    let directory = tempfile::tempdir().unwrap();
+    let kappas: Vec<f64> = (0..60).map(|i| 3.0 + f64::from(i)).collect();
+    let path = scene(directory.path(), "s.toml", &kappas);
+    let out = directory.path().join("out");
+    let child = begun(bake(&path, &out), &out);
+    let name = waiting(&out).remove(0);
+    fs::remove_file(out.join(".furnace").join(&name)).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let message = errors(&output);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains(&format!("{name} is gone")), "{message}");
+    assert!(!out.join("manifest.json").exists());
+    // all others are kept
+    let report = good(bake(&path, &out));
+    assert!(String::from_utf8_lossy(&report.stdout).contains("119 of them found finished"));
+}
+
+/// Tables have to wait on the file system that they go to, and not where somebody else has pointed to.
+#[cfg(unix)]
+#[test]
+fn tables_do_not_wait_behind_a_link() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = scene(directory.path(), "s.toml", &[17.0]);
+    let [out, elsewhere] = ["out", "elsewhere"].map(|name| directory.path().join(name));
+    fs::create_dir(&elsewhere).unwrap();
+    fs::create_dir(&out).unwrap();
+    std::os::unix::fs::symlink(&elsewhere, out.join(".furnace")).unwrap();
+    let message = refused(bake(&path, &out));
+    assert!(
+        message.contains("out/.furnace") && message.contains("symbolic link"),
+        "{message}"
+    );
+    assert_eq!(names(&elsewhere), [""; 0]);
+}
+
+/// What is not ours stays, also where tables wait.
+#[test]
+fn files_of_others_stay() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = scene(directory.path(), "s.toml", &[17.0]);
+    let out = directory.path().join("out");
+    fs::create_dir_all(out.join(".furnace")).unwrap();
+    for name in ["precious", "notes.exr"] {
+        fs::write(out.join(".furnace").join(name), b"precious").unwrap();
+    }
+    good(bake(&path, &out));
+    assert_eq!(names(&out.join(".furnace")), ["notes.exr", "precious"]);
+}
+
+/// Nobody can be told, and that is no reason to fail otherwise than without.
+#[cfg(target_os = "linux")]
+#[test]
+fn messages_that_cannot_be_written_change_nothing() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = scene(directory.path(), "s.toml", &[17.0]);
+    let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let missing = directory.path().join("missing.toml");
+    for (scene, code) in [(&path, 0), (&missing, 2)] {
+        let status = bake(scene, &directory.path().join("out")).stderr(full()).status();
+        assert_eq!(status.unwrap().code(), Some(code));
+    }
 }

@@ -205,6 +205,21 @@ fn an_interrupt_says_what_is_kept() {
     assert_finished(&out, &files(&fresh), "interrupted");
 }
 
+/// Also when the reader of its messages has gone: they are no reason to go on.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_a_bake_that_nobody_listens_to() {
+    let directory = tempfile::tempdir().unwrap();
+    let kappas: Vec<f64> = (0..60).map(|i| 3.0 + f64::from(i)).collect();
+    let scene = scene(directory.path(), "s.toml", &kappas);
+    let out = directory.path().join("out");
+    let mut child = begun(bake(&scene, &out), &out);
+    drop(child.stderr.take());
+    let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(signal.unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+}
+
 /// Interrupted before anything is finished, a bake leaves nothing at all.
 #[cfg(unix)]
 #[test]

@@ -78,6 +78,16 @@ fn damaged_tables_are_not_taken_over() {
     }
     fs::remove_file(out.join(name)).unwrap();
     assert_eq!(taken_over(&path, &out, &[]), ["k17.rho_hh"]);
+    // a manifest that somebody has edited does not make one table pass for another
+    let json = std::str::from_utf8(&first["manifest.json"]).unwrap();
+    let mut forged: Value = serde_json::from_str(json).unwrap();
+    let keys = forged["requests"].as_object_mut().unwrap();
+    let [one, other] = ["k17.rho_hd", "k17.rho_hh"].map(|id| keys[id].clone());
+    keys.insert("k17.rho_hd".into(), other);
+    keys.insert("k17.rho_hh".into(), one);
+    fs::write(out.join("manifest.json"), forged.to_string()).unwrap();
+    assert_eq!(taken_over(&path, &out, &[]), [""; 0]);
+    assert_finished(&out, &first, "forged");
     // a manifest that is damaged vouches for nothing
     for json in ["", "{", "[]", "{\"format\": 1}"] {
         fs::write(out.join("manifest.json"), json).unwrap();
@@ -105,7 +115,8 @@ fn damaged_files_that_wait_are_not_taken_over() {
     *bytes.last_mut().unwrap() ^= 1;
     fs::write(waiting.join(damaged), bytes).unwrap();
     fs::write(waiting.join(".furnace-abc.part"), b"half").unwrap();
-    fs::write(waiting.join("not a table.exr"), b"what").unwrap();
+    let digits = "0".repeat(32);
+    fs::write(waiting.join(format!("{digits}-{digits}.exr")), b"no table").unwrap();
     assert_eq!(taken_over(&path, &out, &[]).len(), kept.len() - 1);
     assert_finished(&out, &files(&fresh), "damaged while waiting");
 }

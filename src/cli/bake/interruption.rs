@@ -1,5 +1,6 @@
 //! Ctrl-C during a bake.
 
+use crate::cli::format;
 use std::io::{IsTerminal, stderr};
 use std::process::exit;
 use std::sync::Arc;
@@ -17,17 +18,19 @@ pub(super) fn tell_what_is_kept(store: &Arc<Store>, tables: usize) {
     let tell = move || {
         let finished = store.abandon();
         let directory = store.directory().display();
-        // below the bar
-        let gap = if stderr().is_terminal() { "\n" } else { "" };
+        if stderr().is_terminal() {
+            // below the bar
+            format::complain("");
+        }
         if !store.directory().join(UNFINISHED).exists() && *finished == tables {
-            eprintln!("{gap}interrupted: all {tables} tables are in {directory}");
+            format::complain(format!("interrupted: all {tables} tables are in {directory}"));
         } else if *finished > 0 {
-            eprintln!(
-                "{gap}interrupted: {finished} of {tables} tables are finished and kept in {directory}; the same command goes \
+            format::complain(format!(
+                "interrupted: {finished} of {tables} tables are finished and kept in {directory}; the same command goes \
                  on from there"
-            );
+            ));
         } else {
-            eprintln!("{gap}interrupted: no table was finished, nothing is kept");
+            format::complain("interrupted: no table was finished, nothing is kept");
         }
         exit(INTERRUPTED);
     };

@@ -71,7 +71,10 @@ impl Progress {
         let plans: Vec<&TablePlan> = jobs.iter().map(Job::plan).collect();
         let (seconds, studied) = forecasts(&plans, PATIENCE);
         // rules run on all threads, nearly
-        self.expected = seconds.iter().map(|seconds| seconds * MICROS / self.threads).collect();
+        let expected = jobs.iter().zip(seconds);
+        self.expected = expected
+            .map(|(job, seconds)| job.repeats() * seconds * MICROS / self.threads)
+            .collect();
         let batch: f64 = self.expected.iter().sum();
         let left = self.tables - self.begun;
         let total = self.done + batch * left as f64 / jobs.len().max(1) as f64;
@@ -94,12 +97,12 @@ impl Progress {
         } else {
             String::new()
         };
-        eprintln!(
-            "note: {} tables to compute, about {} on {} threads{judged}; Ctrl-C keeps what is finished",
+        format::note(format!(
+            "{} tables to compute, about {} on {} threads{judged}; Ctrl-C keeps what is finished",
             self.tables,
             format::seconds(seconds),
             self.threads,
-        );
+        ));
     }
 
     /// Runs `fill` for the table of `plan`, the next of those in hand.

@@ -1,12 +1,13 @@
 //! Random points: every sample says as much as any other, and their spread is the error.
 
 use super::draw::{batch, point_set};
-use super::unseen::peak;
+use super::unseen::{of_nothing, peak};
 use super::{CONFIDENCE, Finding, Samples, Trial, known, nothing, too_few, too_many};
 use crate::bxdf::Bxdf;
 use crate::integrate::IntegrateError;
 use crate::numerics::moments::Moments;
 use crate::numerics::points::BATCH;
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// Samples after which the variance is first looked at.
@@ -25,7 +26,7 @@ pub(super) fn find<B: Bxdf + ?Sized>(bxdf: &B, trial: Trial) -> Result<Finding, 
         Samples::UpTo { tolerance, limit } => {
             moments = extend(bxdf, &trial, moments, PILOT.min(limit));
             loop {
-                let reached = moments.half_width(CONFIDENCE).max_element();
+                let reached = half_width(bxdf, &trial, &moments).max_element();
                 if reached <= tolerance && (known(&moments) || nothing(&moments)) {
                     break;
                 }
@@ -43,9 +44,16 @@ pub(super) fn find<B: Bxdf + ?Sized>(bxdf: &B, trial: Trial) -> Result<Finding, 
     }
     Ok(Finding {
         value: moments.mean(),
-        half_width: moments.half_width(CONFIDENCE),
+        half_width: half_width(bxdf, &trial, &moments),
         evaluations: moments.count,
     })
+}
+
+fn half_width<B: Bxdf + ?Sized>(bxdf: &B, trial: &Trial, moments: &Moments) -> DVec3 {
+    if nothing(moments) {
+        return of_nothing(bxdf, trial, moments);
+    }
+    moments.half_width(CONFIDENCE)
 }
 
 /// Draws samples until there are `upto`, continuing whole batches.

@@ -5,8 +5,8 @@
 //! for Student's t, which of the known intervals keeps its promise best [L'Ecuyer et al. 2023].
 
 use super::draw::{batch, point_set};
-use super::unseen::{peak, unseen};
-use super::{CONFIDENCE, Finding, Samples, Trial, constant, known, nothing, too_few, too_many};
+use super::unseen::{of_nothing, peak, unseen};
+use super::{CONFIDENCE, Finding, Samples, Trial, known, nothing, too_few, too_many};
 use crate::bxdf::Bxdf;
 use crate::integrate::IntegrateError;
 use crate::numerics::moments::Moments;
@@ -123,8 +123,8 @@ fn expecting(drawn: &Drawn, peak: DVec3) -> Moments {
 }
 
 fn half_width<B: Bxdf + ?Sized>(bxdf: &B, trial: &Trial, drawn: &Drawn, all: &Moments, spent: &mut u64) -> DVec3 {
-    if constant(all) && nothing(all) {
-        return DVec3::ZERO;
+    if nothing(all) {
+        return of_nothing(bxdf, trial, all);
     }
     drawn.means().student(CONFIDENCE) + unseen(bxdf, trial, all, spent)
 }

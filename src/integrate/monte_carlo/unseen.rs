@@ -15,10 +15,13 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 /// A region of the cube of volume ln(1/(1 - confidence))/N need not hold one of N points, whether they keep clear of each
 /// other or not. Three things may hide there:
 ///
+/// - A jump, where samples below the horizon or of another lobe are lost. Points that keep clear of each other meet either
+///   side of it equally often in every set, but for a point that some set has and the others have not: when none has met it,
+///   their spread is nought, and the mean is off by the largest weight times that volume. Dips of weights that are much alike
+///   elsewhere are of this kind; elongated narrow lobes have such layers of normals across wo at grazing angles. Samplings
+///   that know nothing of the lobe have weights that are continuous and large at few places: there a dip is worth the mean.
 /// - A peak. It changes the mean by the largest weight, seen or expected, times that volume. The more samples are about as
 ///   large, the better is the peak known, so beyond [`FEWEST_HITS`] of them the term falls in proportion.
-/// - A dip, where weights that are much alike elsewhere are lost: at most the mean times that volume. Elongated narrow lobes
-///   have such layers at grazing angles, of normals across wo, about mu over their width thin.
 /// - An end of a coordinate, where normals are steep and directions grazing and weights may differ from all others, being
 ///   lost for instance. Weights are compared there, shell by shell, with those at the edge of the region.
 pub(super) fn unseen<B: Bxdf + ?Sized>(bxdf: &B, trial: &Trial, all: &Moments, spent: &mut u64) -> DVec3 {
@@ -30,12 +33,25 @@ pub(super) fn unseen<B: Bxdf + ?Sized>(bxdf: &B, trial: &Trial, all: &Moments, s
         all.largest() * (volume * (FEWEST_HITS / hits).min(DVec3::ONE)),
         DVec3::ZERO,
     );
-    let dip = if dimensions(bxdf, trial) > 0 {
-        all.mean().abs() * volume.min(1.0)
-    } else {
+    // nothing to miss where nothing is drawn
+    let jump = if dimensions(bxdf, trial) == 0 {
         DVec3::ZERO
+    } else {
+        let height = match trial.sampling {
+            Sampling::Uniform | Sampling::Cosine => all.mean().abs(),
+            Sampling::Normals | Sampling::Visible | Sampling::Bxdf => all.largest(),
+        };
+        height * volume.min(1.0)
     };
-    peak + dip + ends(bxdf, trial, volume, spent)
+    peak.max(jump) + ends(bxdf, trial, volume, spent)
+}
+
+/// The half-width when every weight was 0: what none of the samples has met may reflect all that it gets.
+pub(super) fn of_nothing<B: Bxdf + ?Sized>(bxdf: &B, trial: &Trial, all: &Moments) -> DVec3 {
+    if dimensions(bxdf, trial) == 0 {
+        return DVec3::ZERO;
+    }
+    DVec3::ONE * (-libm::log(1.0 - CONFIDENCE) / all.count as f64).min(1.0)
 }
 
 /// Shells towards the end of a coordinate, each a [`SHRINK`]th of the one before: the last ends at 1e-14 of the first.
