@@ -51,6 +51,17 @@ pub fn dielectric_mean(eta: f64) -> (f64, f64) {
     (total + eta * eta * value, ROUNDING * total + eta * eta * error)
 }
 
+/// 1 - F_bar of a dielectric interface over eta^2 for eta < 1, and 1 - F_bar for eta >= 1, with a bound of its rounding error:
+/// what enters the rarer side, which for large and small indices alike keeps the digits that 1 - F_bar would lose.
+pub fn dielectric_mean_transmittance(eta: f64) -> (f64, f64) {
+    let (mean, error) = if eta >= 1.0 {
+        from_rarer_side(eta, eta - 1.0)
+    } else {
+        from_rarer_side(eta.recip(), (1.0 - eta) / eta)
+    };
+    (1.0 - mean, error + f64::EPSILON)
+}
+
 /// F_bar for n >= 1, given n - 1 with all its digits.
 ///
 /// [Walsh 1926] integrates to

@@ -7,7 +7,7 @@
 pub(crate) mod lanes;
 mod mean;
 
-pub use mean::dielectric_mean;
+pub use mean::{dielectric_mean, dielectric_mean_transmittance};
 
 use crate::geometry::{Polar, squared_beyond};
 use crate::parameter::{ETA, EXTINCTION, ParameterError, R0};

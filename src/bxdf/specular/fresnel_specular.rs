@@ -80,10 +80,27 @@ impl FresnelSpecular {
     pub fn rho_hh(&self, sides: Flags) -> Bounded {
         let (mean, error) = self.interface.mean_reflectance_above();
         let [reflected, transmitted] = self.factors(sides);
-        Bounded {
+        // together F_bar and 1 - F_bar lose nothing
+        let together = Bounded {
             value: self.divided(sides, mean),
             // and four roundings of each product
             error: (reflected - transmitted).abs() * error + (reflected + transmitted) * (4.0 * f64::EPSILON),
+        };
+        let (passes, passes_error) = self.interface.mean_transmittance_above();
+        let transmittance = if sides.contains(Flags::TRANSMISSION) {
+            self.transmittance.value()
+        } else {
+            DVec3::ZERO
+        };
+        let value = reflected * mean + transmittance * passes;
+        let apart = Bounded {
+            value,
+            error: reflected * error + transmittance * passes_error + value * (4.0 * f64::EPSILON),
+        };
+        let better = apart.error.cmplt(together.error);
+        Bounded {
+            value: DVec3::select(better, apart.value, together.value),
+            error: DVec3::select(better, apart.error, together.error),
         }
     }
 

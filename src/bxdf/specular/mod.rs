@@ -15,7 +15,7 @@ pub use reflection::SpecularReflection;
 pub use transmission::SpecularTransmission;
 
 use super::across;
-use crate::fresnel::{dielectric_at, dielectric_mean};
+use crate::fresnel::{dielectric_at, dielectric_mean, dielectric_mean_transmittance};
 use crate::geometry::{Polar, squared_beyond};
 use crate::parameter::{ETA_A, ETA_B, ParameterError};
 use glam::DVec3;
@@ -134,5 +134,21 @@ impl Interface {
     fn mean_reflectance_above(&self) -> (f64, f64) {
         let (mean, error) = dielectric_mean(self.relative_eta(DVec3::Z));
         (mean, error + 7.0 / 6.0 * f64::EPSILON)
+    }
+
+    /// Cosine-weighted mean of 1 - F over the directions above the surface, scaled as transport has it, with a bound of its
+    /// rounding error. Below a denser medium 1 - F_bar is eta^2 times what crosses the other way, and radiance is scaled by
+    /// its inverse: neither is formed from the other, whose digits a small eta would take.
+    fn mean_transmittance_above(&self) -> (f64, f64) {
+        let eta = self.relative_eta(DVec3::Z);
+        let (mean, error) = dielectric_mean_transmittance(eta);
+        let scale = match self.transport {
+            Transport::Radiance if eta < 1.0 => 1.0,
+            Transport::Radiance => self.scale(DVec3::Z),
+            Transport::Importance if eta < 1.0 => eta * eta,
+            Transport::Importance => 1.0,
+        };
+        // the rounding of the quotient of the indices counts as above, and twice in its square
+        (mean * scale, scale * (error + (7.0 / 6.0 + 2.0) * f64::EPSILON))
     }
 }

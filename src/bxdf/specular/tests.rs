@@ -185,7 +185,9 @@ fn closed_forms_are_what_samples_average_to() {
                     .cmple(error)
                     .all()
             );
-            assert!(sum.error.cmple(error).all());
+            // some roundings more, where the parts state theirs by different formulae
+            let roundings = (reflected.value + transmitted.value) * (8.0 * f64::EPSILON);
+            assert!(sum.error.cmple(error + roundings).all());
             // the energy that crosses does so both ways: eta_a^2 (1 - F_bar) is that from the other side
             let reverse = SpecularTransmission::new(t, eta_b, eta_a, Transport::Importance).unwrap();
             let forth = SpecularTransmission::new(t, eta_a, eta_b, Transport::Importance).unwrap();

@@ -73,12 +73,12 @@ impl SpecularTransmission {
         if !sides.contains(Flags::TRANSMISSION) {
             return Bounded::exact(DVec3::ZERO);
         }
-        let (mean, error) = self.interface.mean_reflectance_above();
-        let factor = self.transmittance.value() * self.interface.scale(DVec3::Z);
+        let (mean, error) = self.interface.mean_transmittance_above();
+        let factor = self.transmittance.value();
         Bounded {
-            value: factor * (1.0 - mean),
-            // and four roundings of a product of numbers up to `factor`
-            error: factor * (error + 4.0 * f64::EPSILON),
+            value: factor * mean,
+            // and four roundings of the product
+            error: factor * (error + 4.0 * f64::EPSILON * mean),
         }
     }
 }
