@@ -9,7 +9,7 @@ mod cli;
 use cli::Outcome;
 use std::process::ExitCode;
 
-/// 0: good, 1: a verification failed, 2: usage, input or output.
+/// 0: good, 1: a verification failed, 2: usage, input or output; an interrupted bake ends with 130.
 fn main() -> ExitCode {
     let arguments = cli::Arguments::of_this_process();
     match cli::run(&arguments) {

@@ -35,7 +35,7 @@ Examples:
 rho_hd is the share of light from one direction that a material reflects into all others; rho_hh is its mean.
 Every number comes with an error: a bound (quadrature), a 99 % interval (Monte Carlo), or rounding alone (closed forms).
 
-Exit codes: 0 good, 1 a verification failed, 2 wrong usage, input or output.";
+Exit codes: 0 good, 1 a verification failed, 2 wrong usage, input or output, 130 a bake was interrupted.";
 
 /// Precomputes energy-conserving BRDFs: reflectance integrals to a stated error, as lookup tables.
 #[derive(Debug, Parser)]
