@@ -1,6 +1,6 @@
 //! `manifest.json`: all tables of a scene with the facts of their files, and which material uses which.
 
-use super::{ExportError, FORMAT, SOFTWARE, VERSION};
+use super::{ExportError, FORMAT, SOFTWARE, VERSION, json_reason};
 use crate::regular;
 use crate::table::axis::Axis;
 use crate::table::{Between, Table};
@@ -258,7 +258,7 @@ impl Manifest {
                 "it has more than {MAX_PARTS} brackets, braces and commas"
             )));
         }
-        let manifest: Self = serde_json::from_slice(&json).map_err(|error| unreadable(error.to_string()))?;
+        let manifest: Self = serde_json::from_slice(&json).map_err(|error| unreadable(json_reason(&error)))?;
         if manifest.format != FORMAT {
             let found = manifest.format;
             return Err(unreadable(format!(

@@ -78,8 +78,32 @@ pub enum ExportError {
         reason: String,
     },
     /// A manifest that is no JSON or lacks facts.
-    #[error("the manifest cannot be read or written")]
-    Manifest(#[from] serde_json::Error),
+    #[error("the manifest cannot be read or written: {reason}")]
+    Manifest {
+        /// What is wrong, and the line and column.
+        reason: String,
+    },
+}
+
+impl From<serde_json::Error> for ExportError {
+    fn from(error: serde_json::Error) -> Self {
+        let reason = json_reason(&error);
+        Self::Manifest { reason }
+    }
+}
+
+/// What is wrong with JSON. The message quotes what stands in place of a number, which may be as long as the file: of that the
+/// middle is left out.
+fn json_reason(error: &serde_json::Error) -> String {
+    const HALF: usize = 200;
+    let text = error.to_string();
+    let count = text.chars().count();
+    if count <= 2 * HALF {
+        return text;
+    }
+    let start: String = text.chars().take(HALF).collect();
+    let end: String = text.chars().skip(count - HALF).collect();
+    format!("{start}...{end}")
 }
 
 fn shown(path: &Path) -> String {

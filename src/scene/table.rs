@@ -142,9 +142,15 @@ impl<'t> Entry<'t> {
         read(self.text.library(), &self.path()?).map_err(|error| self.unusable(&error))
     }
 
-    /// The error for a file that cannot be used.
+    /// The error for a file that cannot be used. Its path, which the reason begins with, may be as long as a scene: of that the
+    /// end tells most.
     pub(super) fn unusable(&self, error: &dyn fmt::Display) -> SceneError {
-        self.refuse(format!("cannot be used: {error}"))
+        const LONGEST: usize = 600;
+        let reason = error.to_string();
+        let excess = reason.chars().count().saturating_sub(LONGEST);
+        let cut = if excess > 0 { "..." } else { "" };
+        let end: String = reason.chars().skip(excess).collect();
+        self.refuse(format!("cannot be used: {cut}{end}"))
     }
 
     /// What the value means among the names of `vocabulary`.

@@ -268,12 +268,7 @@ fn foreign(layer: &ForeignLayer) {
 }
 
 fn manifest(bytes: &[u8]) -> Result<String, String> {
-    let manifest = Manifest::from_json(text(bytes)?).map_err(|error| {
-        let cause = std::error::Error::source(&error)
-            .map(ToString::to_string)
-            .unwrap_or_default();
-        format!("{error}: {cause}")
-    })?;
+    let manifest = Manifest::from_json(text(bytes)?).map_err(|error| error.to_string())?;
     let again = Manifest::from_json(&manifest.to_json().unwrap()).unwrap();
     assert_eq!(again, manifest);
     Ok(format!("{} tables", manifest.tables.len()))
