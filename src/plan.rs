@@ -31,6 +31,22 @@ pub struct Request {
     pub seed: u64,
 }
 
+/// Tables of 64, 32 and 16 texels along their axes, by the estimator that `auto` takes, to the default tolerance of each model.
+impl Default for Request {
+    fn default() -> Self {
+        Self {
+            resolution: 64,
+            roughness_resolution: 32,
+            azimuth_resolution: 16,
+            mapping: None,
+            estimator: Estimator::Auto,
+            tolerance: None,
+            samples: None,
+            seed: 0,
+        }
+    }
+}
+
 /// The tables of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {

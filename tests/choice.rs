@@ -20,16 +20,7 @@ fn stream(cell: u64) -> Stream {
 }
 
 fn plans(scene: &str) -> Vec<TablePlan> {
-    let request = Request {
-        resolution: 64,
-        roughness_resolution: 32,
-        azimuth_resolution: 16,
-        mapping: None,
-        estimator: Estimator::Auto,
-        tolerance: None,
-        samples: None,
-        seed: 0,
-    };
+    let request = Request::default();
     let scene = Scene::parse(scene, "chosen").unwrap_or_else(|error| panic!("{error} in\n{scene}"));
     Plan::new(&scene, &request).unwrap().tables
 }

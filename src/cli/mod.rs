@@ -277,10 +277,11 @@ impl Common {
 
     fn request(&self, shape: &Shape) -> Result<Request, Failure> {
         self.tell_unused();
+        let usual = Request::default();
         Ok(Request {
-            resolution: shape.resolution.unwrap_or(64),
-            roughness_resolution: shape.roughness_resolution.unwrap_or(32),
-            azimuth_resolution: shape.azimuth_resolution.unwrap_or(16),
+            resolution: shape.resolution.unwrap_or(usual.resolution),
+            roughness_resolution: shape.roughness_resolution.unwrap_or(usual.roughness_resolution),
+            azimuth_resolution: shape.azimuth_resolution.unwrap_or(usual.azimuth_resolution),
             mapping: shape.axis.0,
             estimator: self.estimator,
             tolerance: self.tolerance()?,

@@ -49,14 +49,14 @@ pub enum ExportError {
     /// Another bake writes into the same directory.
     #[error(
         "another bake is writing into {}: wait until it has ended, or choose another directory with --out",
-        path.display()
+        shown(path)
     )]
     Busy {
         /// The directory.
         path: PathBuf,
     },
     /// A finished table that is no longer where it was put.
-    #[error("{} is gone, where this bake had put a finished table: bake again", path.display())]
+    #[error("{} is gone, where this bake had put a finished table: bake again", shown(path))]
     Vanished {
         /// The file.
         path: PathBuf,

@@ -20,7 +20,7 @@ const MEASURED: Estimator = Estimator::MonteCarlo {
     points: Points::Quasi,
 };
 
-/// What sums of some hundred terms round off comes on top of the tolerance, relative to the value and to 1.
+/// What sums of some hundred terms of albedos round off comes on top of the tolerance.
 const ROUNDING: f64 = 2e-14;
 
 /// Cell of the random streams of what all directions share; cells of directions count from 0.

@@ -52,16 +52,7 @@ mod tests {
     use std::collections::HashSet;
 
     fn plans(edit: impl FnOnce(&mut Request), scene: &Scene) -> Vec<TablePlan> {
-        let mut request = Request {
-            resolution: 64,
-            roughness_resolution: 32,
-            azimuth_resolution: 16,
-            mapping: None,
-            estimator: super::super::Estimator::Auto,
-            tolerance: None,
-            samples: None,
-            seed: 0,
-        };
+        let mut request = Request::default();
         edit(&mut request);
         Plan::new(scene, &request).unwrap().tables
     }

@@ -33,6 +33,12 @@ pub(crate) fn scene(directory: &Path, name: &str, kappas: &[f64]) -> PathBuf {
     path
 }
 
+/// The scene file `s.toml` of so many lobes: long enough to be interrupted.
+pub(crate) fn long_scene(directory: &Path, lobes: i32) -> PathBuf {
+    let kappas: Vec<f64> = (0..lobes).map(|i| 3.0 + f64::from(i)).collect();
+    scene(directory, "s.toml", &kappas)
+}
+
 /// A scene file of so many materials called `m0`, `m1`, ... whose tables take no time.
 pub(crate) fn closed_forms(directory: &Path, name: &str, count: usize, reflectance: f64) -> PathBuf {
     let material = |i: usize| {

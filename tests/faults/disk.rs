@@ -2,7 +2,7 @@
 //! no half-written file.
 
 use super::directory::{
-    assert_finished, assert_whole, bake, begun, errors, files, good, names, refused, scene, waiting,
+    assert_finished, assert_whole, bake, begun, errors, files, good, long_scene, names, refused, scene, waiting,
 };
 use std::fs;
 use std::path::Path;
@@ -39,8 +39,7 @@ fn a_full_disk_is_said_and_the_bake_goes_on_with_more_room() {
         return;
     }
     let directory = tempfile::tempdir().unwrap();
-    let kappas: Vec<f64> = (0..40).map(|i| 3.0 + f64::from(i)).collect();
-    let path = scene(directory.path(), "s.toml", &kappas);
+    let path = long_scene(directory.path(), 40);
     let [mount, copy, fresh] = ["mount", "copy", "fresh"].map(|name| directory.path().join(name));
     fs::create_dir(&mount).unwrap();
     fs::create_dir(&copy).unwrap();
@@ -168,8 +167,7 @@ fn whatever_is_in_the_way_is_named_and_stays() {
 #[test]
 fn a_directory_that_vanishes_is_named() {
     let directory = tempfile::tempdir().unwrap();
-    let kappas: Vec<f64> = (0..60).map(|i| 3.0 + f64::from(i)).collect();
-    let path = scene(directory.path(), "s.toml", &kappas);
+    let path = long_scene(directory.path(), 60);
     let [out, elsewhere] = ["out", "elsewhere"].map(|name| directory.path().join(name));
     let child = begun(bake(&path, &out), &out);
     fs::rename(&out, &elsewhere).unwrap();
@@ -193,8 +191,7 @@ fn a_directory_that_vanishes_is_named() {
 #[test]
 fn tables_that_vanish_are_named() {
     let directory = tempfile::tempdir().unwrap();
-    let kappas: Vec<f64> = (0..60).map(|i| 3.0 + f64::from(i)).collect();
-    let path = scene(directory.path(), "s.toml", &kappas);
+    let path = long_scene(directory.path(), 60);
     let out = directory.path().join("out");
     let child = begun(bake(&path, &out), &out);
     let name = waiting(&out).remove(0);

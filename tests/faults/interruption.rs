@@ -1,8 +1,8 @@
 //! Killed at any moment, a bake leaves whole files only, and the next one goes on and ends with the same bytes.
 
 use super::directory::{
-    Files, assert_finished, assert_whole, bake, begun, closed_forms, errors, files, good, quick_directory, refused,
-    scene, waiting,
+    Files, assert_finished, assert_whole, bake, begun, closed_forms, errors, files, good, long_scene, quick_directory,
+    refused, scene, waiting,
 };
 use std::fs;
 use std::path::Path;
@@ -178,8 +178,7 @@ fn interrupted(child: Child) -> String {
 #[test]
 fn an_interrupt_says_what_is_kept() {
     let directory = tempfile::tempdir().unwrap();
-    let kappas: Vec<f64> = (0..60).map(|i| 3.0 + f64::from(i)).collect();
-    let scene = scene(directory.path(), "s.toml", &kappas);
+    let scene = long_scene(directory.path(), 60);
     let out = directory.path().join("out");
     let child = begun(bake(&scene, &out), &out);
     let message = interrupted(child);
@@ -210,8 +209,7 @@ fn an_interrupt_says_what_is_kept() {
 #[test]
 fn an_interrupt_ends_a_bake_that_nobody_listens_to() {
     let directory = tempfile::tempdir().unwrap();
-    let kappas: Vec<f64> = (0..60).map(|i| 3.0 + f64::from(i)).collect();
-    let scene = scene(directory.path(), "s.toml", &kappas);
+    let scene = long_scene(directory.path(), 60);
     let out = directory.path().join("out");
     let mut child = begun(bake(&scene, &out), &out);
     drop(child.stderr.take());

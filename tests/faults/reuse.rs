@@ -1,6 +1,6 @@
 //! What a bake takes over from the one before: what is the same and whole, and nothing else.
 
-use super::directory::{Files, assert_finished, assert_whole, bake, begun, files, good, refused, scene};
+use super::directory::{Files, assert_finished, assert_whole, bake, begun, files, good, long_scene, refused, scene};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -100,8 +100,7 @@ fn damaged_tables_are_not_taken_over() {
 #[test]
 fn damaged_files_that_wait_are_not_taken_over() {
     let directory = tempfile::tempdir().unwrap();
-    let kappas: Vec<f64> = (0..40).map(|i| 3.0 + f64::from(i)).collect();
-    let path = scene(directory.path(), "s.toml", &kappas);
+    let path = long_scene(directory.path(), 40);
     let (out, fresh) = (directory.path().join("out"), directory.path().join("fresh"));
     good(bake(&path, &fresh));
     let mut child = begun(bake(&path, &out), &out);
@@ -125,8 +124,7 @@ fn damaged_files_that_wait_are_not_taken_over() {
 #[test]
 fn a_second_bake_is_kept_out() {
     let directory = tempfile::tempdir().unwrap();
-    let kappas: Vec<f64> = (0..60).map(|i| 3.0 + f64::from(i)).collect();
-    let path = scene(directory.path(), "s.toml", &kappas);
+    let path = long_scene(directory.path(), 60);
     let out = directory.path().join("out");
     let first = begun(bake(&path, &out), &out);
     let message = refused(bake(&path, &out));

@@ -8,7 +8,6 @@ use std::f64::consts::TAU;
 use std::io::Read;
 use std::path::Path;
 use whitefurnace::bxdf::{Bxdf, DiffuseSpecular, Model};
-use whitefurnace::estimate::Estimator;
 use whitefurnace::export::exr::to_bytes;
 use whitefurnace::export::manifest::Manifest;
 use whitefurnace::export::read::{Contents, ForeignLayer, parse_exr};
@@ -106,16 +105,7 @@ fn scene(bytes: &[u8]) -> Result<String, String> {
     assert_eq!(names.len(), scene.materials.len(), "names differ");
     assert!(!scene.name.trim().is_empty() && names.iter().all(|name| !name.trim().is_empty()));
     scene.materials.iter().for_each(well);
-    let request = Request {
-        resolution: 64,
-        roughness_resolution: 32,
-        azimuth_resolution: 16,
-        mapping: None,
-        estimator: Estimator::Auto,
-        tolerance: None,
-        samples: None,
-        seed: 0,
-    };
+    let request = Request::default();
     let plan = Plan::new(&scene, &request).expect("a scene that is taken has a plan");
     let ids: HashSet<&str> = plan.tables.iter().map(|table| table.id.as_str()).collect();
     assert_eq!(ids.len(), plan.tables.len(), "every table has a file of its own");

@@ -3,6 +3,7 @@
 use super::Job;
 use crate::cli::{Failure, format};
 use indicatif::ProgressBar;
+use std::collections::VecDeque;
 use std::io::{IsTerminal, stderr};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -28,7 +29,7 @@ pub(super) struct Progress {
     tables: usize,
     begun: usize,
     /// Expected microseconds of the tables in hand.
-    expected: Vec<f64>,
+    expected: VecDeque<f64>,
     /// Expected microseconds of those that are done.
     done: f64,
     threads: f64,
@@ -41,7 +42,7 @@ impl Progress {
             bar: None,
             tables,
             begun: 0,
-            expected: Vec::new(),
+            expected: VecDeque::new(),
             done: 0.0,
             threads: rayon::current_num_threads() as f64,
         }
@@ -111,11 +112,7 @@ impl Progress {
         plan: &TablePlan,
         fill: impl FnOnce(&(dyn Fn(u64) + Sync)) -> Result<Table, E>,
     ) -> Result<Table, E> {
-        let micros = if self.expected.is_empty() {
-            0.0
-        } else {
-            self.expected.remove(0)
-        };
+        let micros = self.expected.pop_front().unwrap_or(0.0);
         self.begun += 1;
         let (done, all) = (AtomicU64::new(0), work(plan) as f64);
         let table = match &self.bar {
