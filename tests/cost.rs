@@ -262,11 +262,7 @@ fn answers_keep_their_promise_at_other_places() {
     let metal = material("vmf-k1024-aluminium");
     let settings = small(0);
     let report = run(&[&metal], &settings, &Unwatched).unwrap();
-    let scene = Scene {
-        name: "answers".into(),
-        materials: vec![metal],
-        source: String::new(),
-    };
+    let scene = Scene::new("answers", vec![metal]);
     let request = Request {
         resolution: 2,
         roughness_resolution: 2,

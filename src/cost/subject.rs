@@ -36,11 +36,8 @@ pub fn default_scene() -> Scene {
     let bytes = include_bytes!("data/acryl-blue-30.brdf");
     let samples = IrregularSamples::parse("acryl-blue-30.brdf", bytes);
     let samples = samples.unwrap_or_else(|error| unreachable!("{error}"));
-    scene.materials.push(Material {
-        name: "acrylic-paint-measured".into(),
-        model: ModelSpec::Irregular(Irregular::new(Arc::new(samples))),
-        line: 0,
-    });
+    let samples = ModelSpec::Irregular(Irregular::new(Arc::new(samples)));
+    scene.materials.push(Material::new("acrylic-paint-measured", samples));
     scene
 }
 
@@ -58,11 +55,7 @@ fn plan_over(
     across: usize,
     mapping: Option<Mapping>,
 ) -> Result<TablePlan, CostError> {
-    let scene = Scene {
-        name: "cost".into(),
-        materials: vec![material.clone()],
-        source: String::new(),
-    };
+    let scene = Scene::new("cost", vec![material.clone()]);
     let request = Request {
         resolution,
         roughness_resolution: across,

@@ -5,7 +5,9 @@
 //! consequences.
 
 mod bxdfs;
+mod calls;
 mod describe;
+mod effect;
 mod error;
 mod facets;
 mod library;
@@ -20,6 +22,7 @@ mod tests;
 mod text;
 mod vocabulary;
 
+pub use effect::{Call, Effect, Gap};
 pub use error::{Refusal, SceneError};
 pub use spec::{DistributionSpec, ModelSpec, Roughness};
 
@@ -52,26 +55,65 @@ const STACK: usize = 64 << 20;
 /// The materials that somebody wants tables for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// Name of the scene, free text; the stem of the file name unless `[scene]` gives one.
+    /// Name of the scene, free text; the stem of the file name unless the file gives one.
     pub name: String,
-    /// At least one material, in the order of the file, with different names.
+    /// The materials in use, in the order of the file, with different names.
     pub materials: Vec<Material>,
+    /// Names of the materials that the file defines and nothing uses.
+    pub unused: Vec<String>,
+    /// Whether rho_hh of every lobe is wanted for itself, as in a scene that lists BxDFs, and not only where a diffuse base is
+    /// coupled to the lobe.
+    pub means: bool,
+    /// What the reader had to look past: places that are wrong without being in the way.
+    pub warnings: Vec<String>,
     /// The file, as messages name it.
     pub source: String,
 }
 
-/// A named model.
+/// A named model, and what it calls for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     /// Free text that is not empty.
     pub name: String,
-    /// What it is made of.
+    /// What it is made of; a sum of no parts for a surface that scatters no light.
     pub model: ModelSpec,
-    /// Line of its `[[material]]`, counted from 1.
-    pub line: usize,
+    /// Line of its definition, counted from 1, in formats that have lines.
+    pub line: Option<usize>,
+    /// What it calls for, each effect once, in the order of [`Effect::ALL`].
+    pub calls: Vec<Call>,
+    /// What it asks for and the model leaves out.
+    pub gaps: Vec<Gap>,
+    /// Whether no definition in the file but the rules of its format make it.
+    pub implied: bool,
+}
+
+impl Material {
+    /// A material with the effects that `model` has, called for by the properties of the model as a TOML scene names them.
+    pub fn new(name: impl Into<String>, model: ModelSpec) -> Self {
+        Self {
+            name: name.into(),
+            calls: model.calls(),
+            model,
+            line: None,
+            gaps: Vec::new(),
+            implied: false,
+        }
+    }
 }
 
 impl Scene {
+    /// A scene of `materials` with different names, whose albedos and mean albedos are wanted.
+    pub fn new(name: impl Into<String>, materials: Vec<Material>) -> Self {
+        Self {
+            name: name.into(),
+            materials,
+            unused: Vec::new(),
+            means: true,
+            warnings: Vec::new(),
+            source: String::new(),
+        }
+    }
+
     /// Reads the scene file at `path`.
     ///
     /// # Errors

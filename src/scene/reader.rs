@@ -16,9 +16,8 @@ pub(super) fn scene(content: &str, source: &str) -> Result<Scene, SceneError> {
     let root = Table::new(&text, root.get_ref(), 0..0);
     root.only("a scene", &["scene", "material"])?;
     Ok(Scene {
-        name: scene_name(&root, source)?,
-        materials: materials(&root, source)?,
         source: source.to_owned(),
+        ..Scene::new(scene_name(&root, source)?, materials(&root, source)?)
     })
 }
 
@@ -61,11 +60,10 @@ fn materials(root: &Table<'_>, source: &str) -> Result<Vec<Material>, SceneError
         table.only("[[material]]", &["name", "bxdf"])?;
         let name = table.required("name", &"every material has a name of its own")?;
         let material = Material {
-            name: name.name()?.to_owned(),
-            model: material_bxdf(table.required("bxdf", &BXDF_RULE)?)?,
-            line: table.line(),
+            line: Some(table.line()),
+            ..Material::new(name.name()?, material_bxdf(table.required("bxdf", &BXDF_RULE)?)?)
         };
-        if let Some(line) = lines.insert(name.name()?, material.line) {
+        if let Some(line) = lines.insert(name.name()?, table.line()) {
             let verdict = format!("is not allowed: the material at line {line} has that name already");
             return Err(name.refuse(verdict));
         }

@@ -133,7 +133,7 @@ impl DistributionSpec {
     }
 
     /// Family and ends of the roughness range, `None` when the roughness is fixed.
-    fn range(&self) -> Option<(Family, f64, f64)> {
+    pub(super) fn range(&self) -> Option<(Family, f64, f64)> {
         match self {
             Self::Isotropic {
                 family,

@@ -54,7 +54,7 @@ fn the_default_scene_is_the_one_of_the_figure_and_more() {
     );
     for material in &scene.materials {
         assert!(material.model.at(None).is_ok());
-        let line = include_str!("default.toml").lines().nth(material.line - 1);
+        let line = include_str!("default.toml").lines().nth(material.line.unwrap() - 1);
         assert_eq!(line, Some("[[material]]"));
     }
     let ModelSpec::DiffuseSpecular {
@@ -266,7 +266,7 @@ fn many_materials_are_read_in_reasonable_time() {
     }
     let scene = Scene::parse(&text, "many").unwrap();
     assert_eq!(scene.materials.len(), 50_000);
-    assert_eq!(scene.materials[49_999].line, 149_998);
+    assert_eq!(scene.materials[49_999].line, Some(149_998));
 }
 
 #[test]
