@@ -11,7 +11,7 @@ use whitefurnace::fresnel::Fresnel;
 use whitefurnace::integrate::deterministic::quadrature;
 use whitefurnace::integrate::{Target, fill};
 use whitefurnace::masking::Masking;
-use whitefurnace::plan::{Plan, Request, TablePlan};
+use whitefurnace::plan::{Economy, Plan, Request, TablePlan};
 use whitefurnace::scene::Scene;
 use whitefurnace::spectrum::Spectrum;
 
@@ -68,6 +68,7 @@ fn default_plan() -> Plan {
         tolerance: None,
         samples: None,
         seed: 0,
+        economy: Economy::FULL,
     };
     Plan::new(&Scene::default_scene(), &request).unwrap()
 }

@@ -11,15 +11,18 @@ use glam::DVec3;
 pub enum Channels {
     /// One value for all wavelengths.
     Grey,
+    /// The albedos of a lobe under Schlick's Fresnel term with r0 = 0 and with r0 = 1: that of any other is their mix by r0.
+    Pair,
     /// Linear red, green and blue.
     Rgb,
 }
 
 impl Channels {
-    /// 1 or 3.
+    /// 1, 2 or 3.
     pub fn count(self) -> usize {
         match self {
             Channels::Grey => 1,
+            Channels::Pair => 2,
             Channels::Rgb => 3,
         }
     }

@@ -9,7 +9,7 @@ use whitefurnace::estimate::{Effort, Estimate, Estimator, Lobe, default_toleranc
 use whitefurnace::geometry::Polar;
 use whitefurnace::integrate::{Integrator, Target, fill, sampled};
 use whitefurnace::measured::merl::{directions, write_merl};
-use whitefurnace::plan::{Plan, Request};
+use whitefurnace::plan::{Economy, Plan, Request};
 use whitefurnace::scene::Scene;
 
 /// The model of a bxdf as a scene file writes it.
@@ -181,6 +181,7 @@ fn request(resolution: usize, tolerance: Option<f64>) -> Request {
         tolerance,
         samples: None,
         seed: 0,
+        economy: Economy::FULL,
     }
 }
 

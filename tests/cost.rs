@@ -9,7 +9,7 @@ use whitefurnace::cost::{Curve, Settings, Unwatched, default_scene, run};
 use whitefurnace::estimate::Estimator;
 use whitefurnace::integrate::seen::Reference;
 use whitefurnace::integrate::texels;
-use whitefurnace::plan::{Plan, Request};
+use whitefurnace::plan::{Economy, Plan, Request};
 use whitefurnace::scene::{Material, Scene};
 
 fn furnace(directory: &Path, arguments: &[&str]) -> Output {
@@ -272,6 +272,7 @@ fn answers_keep_their_promise_at_other_places() {
         tolerance: Some(1e-7),
         samples: None,
         seed: 0,
+        economy: Economy::FULL,
     };
     let plan = Plan::new(&scene, &request).unwrap().tables.remove(0);
     // other places than the study knew, and four times as many

@@ -10,7 +10,7 @@ use whitefurnace::export::{exr, write};
 use whitefurnace::integrate::deterministic::quadrature;
 use whitefurnace::integrate::{Coordinates, Target, fill};
 use whitefurnace::numerics::stream::{Stream, StreamId};
-use whitefurnace::plan::{Plan, Request, TablePlan};
+use whitefurnace::plan::{Economy, Plan, Request, TablePlan};
 use whitefurnace::scene::Scene;
 use whitefurnace::table::{Quantity, Table};
 
@@ -30,6 +30,7 @@ fn baked(scene: &Scene, resolution: usize) -> Vec<Stored> {
         tolerance: None,
         samples: None,
         seed: 0,
+        economy: Economy::FULL,
     };
     let directory = tempfile::tempdir().unwrap();
     let stored = |plan: TablePlan| {

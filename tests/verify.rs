@@ -17,7 +17,7 @@ use whitefurnace::fresnel::Fresnel;
 use whitefurnace::geometry::{reflect, refract};
 use whitefurnace::integrate::{IntegrateError, Integrator, Target, coupled_bxdf, fill, sampled};
 use whitefurnace::masking::{Masking, visible_groove_pdf};
-use whitefurnace::plan::{Plan, Request, TablePlan};
+use whitefurnace::plan::{Economy, Plan, Request, TablePlan};
 use whitefurnace::scene::Scene;
 use whitefurnace::spectrum::{Channels, Spectrum};
 use whitefurnace::table::{ErrorKind, Table};
@@ -785,6 +785,7 @@ fn plans(scene: &Scene, tolerance: f64, estimator: Estimator, samples: Option<u6
         tolerance: Some(tolerance),
         samples,
         seed: 3,
+        economy: Economy::FULL,
     };
     Plan::new(scene, &request).unwrap().tables
 }

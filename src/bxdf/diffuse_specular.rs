@@ -16,6 +16,16 @@ pub enum Coupling {
     EnergyPreserving,
 }
 
+impl Coupling {
+    /// The name in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mikkelsen => "mikkelsen",
+            Self::EnergyPreserving => "energy-preserving",
+        }
+    }
+}
+
 /// Parameters of f = ks f_s + (1 - ks rho(i)) kd/pi (1 - ks rho(o)) and of its energy-preserving variant.
 ///
 /// rho is rho_hd of the specular lobe f_s alone, rho_bar its rho_hh.

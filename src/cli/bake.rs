@@ -136,7 +136,8 @@ impl Bake {
         let entries: Vec<TableEntry> = baked.iter().map(|baked| baked.entry.clone()).collect();
         let ids = plan.tables.iter().map(|table| table.id.clone());
         let requests: BTreeMap<String, String> = ids.zip(keys).collect();
-        let manifest = Manifest::new(&plan.scene, self.common.seed, &plan.materials, entries, requests);
+        let materials: Vec<String> = plan.names().map(str::to_owned).collect();
+        let manifest = Manifest::new(&plan.scene, self.common.seed, &materials, entries, requests);
         store.publish(&manifest)?;
         Ok((baked, manifest))
     }

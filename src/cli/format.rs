@@ -32,6 +32,16 @@ pub(super) fn table(header: &[&str], right: &[&str], rows: Vec<Vec<String>>) -> 
     table
 }
 
+/// Columns without a header, indented.
+pub(super) fn rows(rows: Vec<Vec<String>>) -> String {
+    let width = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let text = table(&vec![""; width], &[], rows).to_string();
+    text.lines()
+        .skip(1)
+        .map(|line| format!("  {}\n", line.trim_end()))
+        .collect()
+}
+
 /// Prints lines, text or JSON, to standard output, harmless to a terminal whatever names they hold: see [`escaped`].
 ///
 /// A reader that goes away is no error of ours. Any other failure ends the program with exit code 2: output that is not

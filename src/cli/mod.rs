@@ -18,7 +18,7 @@ use whitefurnace::bxdf::Model;
 use whitefurnace::estimate::{Effort, Estimator, default_tolerance};
 use whitefurnace::export::write;
 use whitefurnace::integrate::choice::Wish;
-use whitefurnace::plan::Request;
+use whitefurnace::plan::{Economy, Request};
 use whitefurnace::printable::is_hidden;
 use whitefurnace::scene::{Material, Scene};
 use whitefurnace::table::axis::Mapping;
@@ -79,7 +79,7 @@ enum Command {
 /// What all commands that compute have in common.
 #[derive(Debug, Args)]
 struct Common {
-    /// Scene file (TOML); without one the built-in scene is used.
+    /// Scene file: TOML, glTF (.gltf, .glb) or pbrt-v3 (.pbrt); without one the built-in scene is used.
     scene: Option<PathBuf>,
     /// How integrals are computed: auto, closed-form, quadrature, or samples: mc-uniform, mc-cosine, mc-normals, mc-visible,
     /// mc-bxdf, each also as stratified-* (jittered strata) and qmc-* (Owen-scrambled Sobol points).
@@ -118,6 +118,10 @@ struct Shape {
     /// Mapping of the mu axis: mu, sqrt-mu, fourth-root-mu, or auto, which keeps the one that serves best.
     #[arg(long, default_value = "auto", value_name = "MAPPING", value_parser = number::mapping)]
     axis: AxisChoice,
+    /// Compute every effect for every material, whether the scene calls for it or not: nothing is shared, closed forms are
+    /// tabulated, every lobe has both sides, three channels, and roughness over its whole range or an axis of azimuth.
+    #[arg(long)]
+    all_effects: bool,
 }
 
 /// `--axis`: a mapping, or nothing for the measured choice.
@@ -287,6 +291,11 @@ impl Common {
             tolerance: self.tolerance()?,
             samples: self.samples,
             seed: self.seed,
+            economy: if shape.all_effects {
+                Economy::NONE
+            } else {
+                Economy::FULL
+            },
         })
     }
 

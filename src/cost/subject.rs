@@ -5,7 +5,7 @@ use crate::bxdf::{Irregular, Model};
 use crate::estimate::{Effort, Estimator};
 use crate::integrate::{Coordinates, IntegrateError, Integrator, Target};
 use crate::measured::irregular::IrregularSamples;
-use crate::plan::{Plan, Request, TablePlan};
+use crate::plan::{Economy, Plan, Request, TablePlan};
 use crate::scene::{Material, ModelSpec, Scene};
 use crate::table::Quantity;
 use crate::table::axis::{Mapping, texel_places};
@@ -64,6 +64,7 @@ fn plan_over(
         estimator: Estimator::Auto,
         tolerance: None,
         samples: None,
+        economy: Economy::FULL,
         seed: 0,
     };
     let tables = Plan::new(&scene, &request)?.tables;

@@ -1,6 +1,6 @@
 //! A table as the bytes of an OpenEXR file.
 //!
-//! One part, scanlines, f32 channels `Y` or `R G B`, and the per-texel error as a second layer in OpenEXR's sense:
+//! One part, scanlines, f32 channels `Y`, `R G` or `R G B`, and the per-texel error as a second layer in OpenEXR's sense:
 //! channels `error.Y` or `error.R error.G error.B` of the same part. A second part would say the same, but many loaders
 //! of engines refuse multi-part files altogether, and those that read only `R G B` never notice a layer.
 //!
@@ -20,6 +20,7 @@ use std::io::Cursor;
 pub(super) fn channel_names(channels: Channels) -> &'static [(&'static str, usize)] {
     match channels {
         Channels::Grey => &[("Y", 0)],
+        Channels::Pair => &[("G", 1), ("R", 0)],
         Channels::Rgb => &[("B", 2), ("G", 1), ("R", 0)],
     }
 }

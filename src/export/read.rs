@@ -240,8 +240,9 @@ fn our_table(layer: &FlatLayer) -> Result<Contents, String> {
     let found: Vec<&AnyChannel<FlatSamples>> = layer.channel_data.list.iter().collect();
     let channels = match found.len() {
         2 => Channels::Grey,
+        4 => Channels::Pair,
         6 => Channels::Rgb,
-        count => return Err(format!("it has {count} channels, where tables have 2 or 6")),
+        count => return Err(format!("it has {count} channels, where tables have 2, 4 or 6")),
     };
     let mut table = facts.table(channels)?;
     let size = [layer.size.width(), layer.size.height()];
@@ -274,7 +275,9 @@ fn vectors(found: &[&AnyChannel<FlatSamples>], prefix: &str, channels: Channels)
         for (texel, &sample) in texels.iter_mut().zip(samples) {
             match channels {
                 Channels::Grey => *texel = DVec3::splat(f64::from(sample)),
-                Channels::Rgb => texel[index] = f64::from(sample),
+                // G comes first, and stands for the blue that nobody stores
+                Channels::Pair if name.ends_with('G') => *texel = DVec3::splat(f64::from(sample)),
+                Channels::Pair | Channels::Rgb => texel[index] = f64::from(sample),
             }
         }
     }

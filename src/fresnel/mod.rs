@@ -128,7 +128,7 @@ impl Fresnel {
             Self::Dielectric { eta } => Self::Dielectric {
                 eta: match eta.channels() {
                     Channels::Grey => Spectrum::grey(eta.value().x.recip()),
-                    Channels::Rgb => Spectrum::rgb(eta.value().recip().to_array()),
+                    Channels::Pair | Channels::Rgb => Spectrum::rgb(eta.value().recip().to_array()),
                 },
             },
             Self::None | Self::Conductor { .. } | Self::ConductorApproximate { .. } | Self::Schlick { .. } => *self,
@@ -244,7 +244,7 @@ fn per_channel(a: Spectrum, f: impl Fn(f64) -> f64) -> DVec3 {
     let v = a.value();
     match a.channels() {
         Channels::Grey => DVec3::splat(f(v.x)),
-        Channels::Rgb => DVec3::new(f(v.x), f(v.y), f(v.z)),
+        Channels::Pair | Channels::Rgb => DVec3::new(f(v.x), f(v.y), f(v.z)),
     }
 }
 
@@ -252,7 +252,7 @@ fn per_channel_pair(a: Spectrum, b: Spectrum, f: impl Fn(f64, f64) -> f64) -> DV
     let (v, w) = (a.value(), b.value());
     match a.channels().max(b.channels()) {
         Channels::Grey => DVec3::splat(f(v.x, w.x)),
-        Channels::Rgb => DVec3::new(f(v.x, w.x), f(v.y, w.y), f(v.z, w.z)),
+        Channels::Pair | Channels::Rgb => DVec3::new(f(v.x, w.x), f(v.y, w.y), f(v.z, w.z)),
     }
 }
 

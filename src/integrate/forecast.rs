@@ -195,25 +195,74 @@ fn probe(
     Ok((probe, integrator.estimator(target).name()))
 }
 
-/// The seconds of each of the `plans`, and how many of them were looked at within `patience`: the others get the mean of
-/// those, as do those whose integrals fail, which is for the bake to tell.
-pub fn forecasts(plans: &[&TablePlan], patience: Duration) -> (Vec<f64>, usize) {
+/// What many tables will cost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Forecasts {
+    /// One for each table, in their order. Tables that were not looked at, or whose integrals fail, get the mean of the others.
+    pub each: Vec<Forecast>,
+    /// How many were looked at.
+    pub studied: usize,
+    /// The first failure that was met.
+    pub failed: Option<FillError>,
+}
+
+impl Forecasts {
+    /// Seconds of one core for all of them.
+    pub fn seconds(&self) -> f64 {
+        self.each.iter().map(|forecast| forecast.seconds).sum()
+    }
+
+    /// Evaluations at the texels of all of them.
+    pub fn evaluations(&self) -> f64 {
+        self.each.iter().map(|forecast| forecast.evaluations).sum()
+    }
+}
+
+/// Looks at as many of the `plans` as `patience` allows, and at one at least.
+pub fn forecasts(plans: &[&TablePlan], patience: Duration) -> Forecasts {
     let start = Instant::now();
-    let mut seconds: Vec<Option<f64>> = vec![None; plans.len()];
-    let mut studied = 0;
+    let mut found: Vec<Option<Forecast>> = vec![None; plans.len()];
+    let (mut studied, mut failed) = (0, None);
     for index in spread(plans.len()) {
         if studied > 0 && start.elapsed() > patience {
             break;
         }
-        seconds[index] = forecast(plans[index]).ok().map(|forecast| forecast.seconds);
+        match forecast(plans[index]) {
+            Ok(forecast) => found[index] = Some(forecast),
+            Err(error) => failed = failed.or(Some(error)),
+        }
         studied += 1;
     }
-    let known: Vec<f64> = seconds.iter().flatten().copied().collect();
-    let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
-    (
-        seconds.into_iter().map(|seconds| seconds.unwrap_or(mean)).collect(),
+    let known = || found.iter().flatten();
+    let count = known().count().max(1) as f64;
+    let mean = |of: fn(&Forecast) -> f64| known().map(of).sum::<f64>() / count;
+    let (evaluations, seconds) = (mean(|forecast| forecast.evaluations), mean(|forecast| forecast.seconds));
+    let guess = |plan: &TablePlan| Forecast {
+        estimator: estimator(plan),
+        evaluations,
+        seconds,
+    };
+    let each = found.iter().zip(plans);
+    Forecasts {
+        each: each.map(|(found, plan)| found.unwrap_or_else(|| guess(plan))).collect(),
         studied,
-    )
+        failed,
+    }
+}
+
+/// Name of the estimator that the first texel of `plan` gets.
+fn estimator(plan: &TablePlan) -> &'static str {
+    let target = match plan.quantity {
+        Quantity::RhoHd => Target::rho_hd(PROBES[0], AZIMUTHS[0]),
+        Quantity::RhoHh => Target::rho_hh(),
+    };
+    let model = model_at(plan, None).ok();
+    let integrator = model
+        .as_ref()
+        .and_then(|model| Integrator::new(model, plan.estimator, plan.effort).ok());
+    integrator.map_or(plan.estimator.name(), |integrator| {
+        integrator.estimator(target.of(plan.lobe)).name()
+    })
 }
 
 /// All of 0..count, each one far from those before: neighbours in a scene tend to be alike.

@@ -33,7 +33,7 @@ mod within;
 pub use coordinates::Coordinates;
 pub use coupled::coupled_bxdf;
 pub use fill::{FillError, Progress, fill, texels, work};
-pub use forecast::{Forecast, forecast, forecasts};
+pub use forecast::{Forecast, Forecasts, forecast, forecasts};
 pub use integrator::Integrator;
 pub use request::request;
 pub use sampled::sampled;

@@ -258,7 +258,9 @@ fn estimate(microfacet: &Microfacet, constants: &Constants, orders: Orders, scra
     scratch.reflect(constants, (circle, legendre), channels == Channels::Grey, reflectance);
     match channels {
         Channels::Grey => scratch.sums(circle, legendre, Some(0)),
-        Channels::Rgb => Sums::of_channels([0, 1, 2].map(|channel| scratch.sums(circle, legendre, Some(channel)))),
+        Channels::Pair | Channels::Rgb => {
+            Sums::of_channels([0, 1, 2].map(|channel| scratch.sums(circle, legendre, Some(channel))))
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! A model in words: every parameter by the name that it has in a scene file.
 
 use super::spec::{DistributionSpec, ModelSpec};
-use crate::bxdf::{Coupling, Lambertian, Transport};
+use crate::bxdf::{Lambertian, Transport};
 use crate::fresnel::Fresnel;
 use crate::spectrum::Spectrum;
 use std::fmt;
@@ -83,7 +83,7 @@ impl ModelSpec {
                 kd,
                 coupling,
             } => {
-                facts.add(prefix, "coupling", coupling_name(*coupling));
+                facts.add(prefix, "coupling", coupling.name());
                 facts.add(prefix, "ks", spectrum(*ks));
                 facts.add(prefix, "kd", spectrum(*kd));
                 specular.describe_to(facts, &format!("{prefix}specular."));
@@ -202,12 +202,5 @@ fn spectrum(spectrum: Spectrum) -> String {
     match &spectrum.channels().of(spectrum.value())[..] {
         [grey] => grey.to_string(),
         channels => format!("{channels:?}"),
-    }
-}
-
-fn coupling_name(coupling: Coupling) -> &'static str {
-    match coupling {
-        Coupling::Mikkelsen => "mikkelsen",
-        Coupling::EnergyPreserving => "energy-preserving",
     }
 }

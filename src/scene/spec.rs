@@ -110,6 +110,16 @@ impl Roughness {
     }
 }
 
+impl Roughness {
+    /// Smallest and largest value.
+    pub fn ends(self) -> [f64; 2] {
+        match self {
+            Self::Fixed(value) => [value; 2],
+            Self::Range { min, max } => [min, max],
+        }
+    }
+}
+
 impl fmt::Display for Roughness {
     /// `17`, or `1..4096` for a range.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

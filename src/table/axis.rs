@@ -26,6 +26,8 @@ pub enum Mapping {
     FourthRootMu,
     /// u = (v - min) / (max - min).
     Linear,
+    /// u = (sqrt(v) - sqrt(min)) / (sqrt(max) - sqrt(min)), for min >= 0: of a slope alpha the perceptual roughness sqrt(alpha).
+    Sqrt,
     /// u = ln(v / min) / ln(max / min), for min > 0.
     Log,
     /// u = (ln(1 + v) - ln(1 + min)) / (ln(1 + max) - ln(1 + min)), for min > -1: logarithmic, yet reaching v = 0.
@@ -34,11 +36,12 @@ pub enum Mapping {
 
 impl Mapping {
     /// Every mapping.
-    pub const ALL: [Mapping; 6] = [
+    pub const ALL: [Mapping; 7] = [
         Mapping::Mu,
         Mapping::SqrtMu,
         Mapping::FourthRootMu,
         Mapping::Linear,
+        Mapping::Sqrt,
         Mapping::Log,
         Mapping::Log1p,
     ];
@@ -50,6 +53,7 @@ impl Mapping {
             Mapping::SqrtMu => "sqrt-mu",
             Mapping::FourthRootMu => "fourth-root-mu",
             Mapping::Linear => "linear",
+            Mapping::Sqrt => "sqrt",
             Mapping::Log => "log",
             Mapping::Log1p => "log1p",
         }
@@ -66,6 +70,7 @@ impl Mapping {
             Mapping::Mu | Mapping::SqrtMu | Mapping::FourthRootMu if (min, max) != (0.0, 1.0) => {
                 Err("the range [0, 1]")
             }
+            Mapping::Sqrt if min < 0.0 => Err("min >= 0"),
             Mapping::Log if min <= 0.0 => Err("min > 0"),
             Mapping::Log if !(max / min).is_finite() => Err("a finite max / min"),
             Mapping::Log1p if min <= -1.0 => Err("min > -1"),
@@ -246,6 +251,10 @@ impl Axis {
             Mapping::SqrtMu => u * u,
             Mapping::FourthRootMu => (u * u) * (u * u),
             Mapping::Linear => self.min + u * (self.max - self.min),
+            Mapping::Sqrt => {
+                let root = self.min.sqrt() + u * (self.max.sqrt() - self.min.sqrt());
+                root * root
+            }
             Mapping::Log => self.min * libm::exp(u * (libm::log(self.max) - libm::log(self.min))),
             Mapping::Log1p => {
                 let (from, to) = (libm::log1p(self.min), libm::log1p(self.max));
@@ -263,6 +272,7 @@ impl Axis {
             Mapping::SqrtMu => value.sqrt(),
             Mapping::FourthRootMu => value.sqrt().sqrt(),
             Mapping::Linear => (value - self.min) / (self.max - self.min),
+            Mapping::Sqrt => (value.sqrt() - self.min.sqrt()) / (self.max.sqrt() - self.min.sqrt()),
             Mapping::Log => (libm::log(value) - libm::log(self.min)) / (libm::log(self.max) - libm::log(self.min)),
             Mapping::Log1p => {
                 let (from, to) = (libm::log1p(self.min), libm::log1p(self.max));
@@ -302,7 +312,7 @@ impl Axis {
             Mapping::Mu | Mapping::SqrtMu | Mapping::FourthRootMu => {
                 format!("{} {}", self.mapping.name(), self.rule.name())
             }
-            Mapping::Linear | Mapping::Log | Mapping::Log1p => {
+            Mapping::Linear | Mapping::Sqrt | Mapping::Log | Mapping::Log1p => {
                 format!("{}({}) {}", self.mapping.name(), self.parameter, self.rule.name())
             }
         }
@@ -332,6 +342,8 @@ impl Axis {
             Mapping::Linear if min == 0.0 => format!("{v}/{max:?}"),
             Mapping::Linear if min < 0.0 => format!("({v} + {:?})/{:?}", -min, max - min),
             Mapping::Linear => format!("({v} - {min:?})/{:?}", max - min),
+            Mapping::Sqrt if min == 0.0 => format!("sqrt({v})/{:?}", max.sqrt()),
+            Mapping::Sqrt => format!("(sqrt({v}) - {:?})/{:?}", min.sqrt(), max.sqrt() - min.sqrt()),
             Mapping::Log => format!("log({v}/{min:?})/log({:?})", max / min),
             Mapping::Log1p if min == 0.0 => format!("log(1.0 + {v})/log({:?})", 1.0 + max),
             Mapping::Log1p => format!("log((1.0 + {v})/{:?})/log({:?})", 1.0 + min, (1.0 + max) / (1.0 + min)),
@@ -367,6 +379,8 @@ mod tests {
                 axes.push(axis(Mapping::SqrtMu, rule, [0.0, 1.0], size));
                 axes.push(axis(Mapping::FourthRootMu, rule, [0.0, 1.0], size));
                 axes.push(axis(Mapping::Linear, rule, [-2.0, 90.0], size));
+                axes.push(axis(Mapping::Sqrt, rule, [1e-6, 1.0], size));
+                axes.push(axis(Mapping::Sqrt, rule, [0.0, 10.0], size));
                 axes.push(axis(Mapping::Log, rule, [1e-6, 10.0], size));
                 axes.push(axis(Mapping::Log, rule, [1.0, 1e12], size));
                 axes.push(axis(Mapping::Log1p, rule, [0.0, 1e8], size));
@@ -415,6 +429,8 @@ mod tests {
         assert_eq!(centres(Mapping::Linear, [0.0, 90.0]), "u = kappa/90.0");
         assert_eq!(centres(Mapping::Linear, [1.0, 3.5]), "u = (kappa - 1.0)/2.5");
         assert_eq!(centres(Mapping::Linear, [-1.0, 1.0]), "u = (kappa + 1.0)/2.0");
+        assert_eq!(centres(Mapping::Sqrt, [0.0, 4.0]), "u = sqrt(kappa)/2.0");
+        assert_eq!(centres(Mapping::Sqrt, [0.25, 1.0]), "u = (sqrt(kappa) - 0.5)/0.5");
         assert_eq!(centres(Mapping::Log, [1.0, 4096.0]), "u = log(kappa/1.0)/log(4096.0)");
         assert_eq!(
             centres(Mapping::Log1p, [0.0, 4095.0]),
@@ -441,6 +457,7 @@ mod tests {
             (Mapping::Mu, TexelRule::Ends, [0.0, 1.0], 1, "takes 2 to 16384"),
             (Mapping::Mu, TexelRule::Centres, [0.0, 2.0], 8, "needs the range [0, 1]"),
             (Mapping::Log, TexelRule::Centres, [0.0, 2.0], 8, "needs min > 0"),
+            (Mapping::Sqrt, TexelRule::Centres, [-0.5, 2.0], 8, "needs min >= 0"),
             (Mapping::Log1p, TexelRule::Centres, [-1.0, 2.0], 8, "needs min > -1"),
             (Mapping::Linear, TexelRule::Centres, [2.0, 2.0], 8, "min < max"),
             (Mapping::Linear, TexelRule::Centres, [f64::NAN, 2.0], 8, "finite"),

@@ -13,7 +13,7 @@ use crate::export::ExportError;
 use crate::export::manifest::{self, Manifest, TableEntry};
 use crate::export::read::{Contents, read_exr};
 use crate::integrate::{Coordinates, IntegrateError, Integrator, Target, sampled};
-use crate::plan::{Plan, Request, TablePlan};
+use crate::plan::{Economy, Plan, Request, TablePlan};
 use crate::scene::{Material, Scene};
 use crate::table::Table;
 use crate::table::axis::Axis;
@@ -53,6 +53,7 @@ pub fn verify_tables(
         azimuth_resolution: 2,
         tolerance: None,
         samples: None,
+        economy: Economy::FULL,
         seed: settings.seed,
     };
     // two texels are legal along every axis

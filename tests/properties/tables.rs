@@ -8,7 +8,7 @@ use whitefurnace::estimate::Estimator;
 use whitefurnace::integrate::{FillError, IntegrateError, fill, texels};
 use whitefurnace::parameter::{BECKMANN_M, GGX_ALPHA};
 use whitefurnace::parameter::{ETA, EXTINCTION, KAPPA, PHONG_N};
-use whitefurnace::plan::{Plan, Request};
+use whitefurnace::plan::{Economy, Plan, Request};
 use whitefurnace::scene::Scene;
 use whitefurnace::table::{Storage, Table};
 
@@ -22,6 +22,7 @@ fn request(tolerance: f64) -> Request {
         tolerance: Some(tolerance),
         samples: None,
         seed: 0,
+        economy: Economy::FULL,
     }
 }
 

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::io::{IsTerminal, stderr};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
-use whitefurnace::integrate::{forecasts, work};
+use whitefurnace::integrate::{Forecasts, forecasts, work};
 use whitefurnace::plan::TablePlan;
 use whitefurnace::table::Table;
 
@@ -70,11 +70,11 @@ impl Progress {
     /// Looks at what the next `jobs` will cost. Before the first of them the whole is announced.
     pub(super) fn expect(&mut self, jobs: &[Job<'_>]) {
         let plans: Vec<&TablePlan> = jobs.iter().map(Job::plan).collect();
-        let (seconds, studied) = forecasts(&plans, PATIENCE);
+        let Forecasts { each, studied, .. } = forecasts(&plans, PATIENCE);
         // rules run on all threads, nearly
-        let expected = jobs.iter().zip(seconds);
+        let expected = jobs.iter().zip(each);
         self.expected = expected
-            .map(|(job, seconds)| job.repeats() * seconds * MICROS / self.threads)
+            .map(|(job, forecast)| job.repeats() * forecast.seconds * MICROS / self.threads)
             .collect();
         let batch: f64 = self.expected.iter().sum();
         let left = self.tables - self.begun;
