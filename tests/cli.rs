@@ -88,7 +88,7 @@ fn a_bake_writes_the_files_of_its_manifest_and_no_others() {
     let directory = tempfile::tempdir().unwrap();
     let out = good(directory.path(), &[&["bake"], &SMALL[..]].concat());
     for part in [
-        "default: 26 tables",
+        "default: 18 tables",
         "methanol-k17.specular.rho_hd",
         "texel error",
         "lookup error",
@@ -501,7 +501,8 @@ fn rho_texels_and_manifest_agree() {
     let bake = good_json(here, &[&["bake", "--json", "--out", "out"], &SMALL[..]].concat());
     for entry in bake["manifest"]["tables"].as_array().unwrap() {
         let id = entry["id"].as_str().unwrap();
-        if id.contains(".specular.") {
+        // those are of a lobe of the material, and of two of its kind
+        if id.contains(".specular.") || entry["channels"] == 2 {
             continue;
         }
         let table = table(&here.join("out").join(entry["file"].as_str().unwrap()));
@@ -890,14 +891,14 @@ fn coupling_defaults_to_the_printed_equation() {
 fn inspect_and_bake_compare_with_the_manifest() {
     let directory = tempfile::tempdir().unwrap();
     let here = directory.path();
-    let scene = "[[material]]\nname = \"grey\"\nbxdf = { type = \"lambertian\", reflectance = 0.25 }\n";
-    write_scene(here, "one.toml", scene);
+    let scene = scene(VMF, "v-groove", "{ type = \"dielectric\", eta = 1.25 }").replace("\"lobe\"", "\"grey\"");
+    write_scene(here, "one.toml", &scene);
     write_scene(here, "two.toml", &scene.replace("grey", "other"));
     good(here, &["bake", "one.toml", "--out", "tables"]);
     assert!(good(here, &["inspect", "tables/grey.rho_hd.exr"]).contains("as in the manifest"));
     let path = here.join("tables/grey.rho_hd.exr");
     let bytes = fs::read(&path).unwrap();
-    let at = bytes.windows(4).position(|window| window == b"0.25").unwrap();
+    let at = bytes.windows(4).position(|window| window == b"1.25").unwrap();
     let mut changed = bytes.clone();
     changed[at + 3] = b'6';
     fs::write(&path, changed).unwrap();

@@ -13,6 +13,7 @@ fn table(channels: Channels) -> Table {
     let (width, height) = (17, 5);
     let tint = match channels {
         Channels::Grey => DVec3::ONE,
+        Channels::Pair => DVec3::new(0.25, 1.0, 1.0),
         Channels::Rgb => DVec3::new(1.0, 0.5, 0.25),
     };
     Table {
@@ -67,13 +68,14 @@ fn written(table: &Table, directory: &Path) -> std::path::PathBuf {
 #[test]
 fn exrheader_prints_the_facts() {
     let directory = tempfile::tempdir().unwrap();
-    for channels in [Channels::Grey, Channels::Rgb] {
+    for channels in [Channels::Grey, Channels::Pair, Channels::Rgb] {
         let path = written(&table(channels), directory.path());
         let Some(header) = output_of(Command::new("exrheader").arg(path)) else {
             return;
         };
         let names = match channels {
             Channels::Grey => vec!["Y", "error.Y"],
+            Channels::Pair => vec!["R", "G", "error.R", "error.G"],
             Channels::Rgb => vec!["R", "G", "B", "error.R", "error.G", "error.B"],
         };
         for name in names {
@@ -118,7 +120,7 @@ for name in ("tolerance", "betweenError", "maxTexelError"):
 #[test]
 fn openexr_reads_every_bit_of_samples_and_numbers() {
     let directory = tempfile::tempdir().unwrap();
-    for channels in [Channels::Grey, Channels::Rgb] {
+    for channels in [Channels::Grey, Channels::Pair, Channels::Rgb] {
         let table = table(channels);
         let path = written(&table, directory.path());
         let Some(output) = output_of(Command::new("python3").arg("-c").arg(READER).arg(path)) else {
@@ -132,6 +134,7 @@ fn openexr_reads_every_bit_of_samples_and_numbers() {
         let mut expected = vec!["size 17 5".to_string()];
         let names: &[(&str, usize)] = match channels {
             Channels::Grey => &[("Y", 0)],
+            Channels::Pair => &[("G", 1), ("R", 0)],
             Channels::Rgb => &[("B", 2), ("G", 1), ("R", 0)],
         };
         for &(name, k) in names {
