@@ -28,6 +28,7 @@ mod segment;
 mod smith_hd;
 mod target;
 mod unbounded;
+mod whole;
 mod within;
 
 pub use coordinates::Coordinates;
@@ -38,6 +39,7 @@ pub use integrator::Integrator;
 pub use request::request;
 pub use sampled::sampled;
 pub use target::{Angles, Target};
+pub use whole::{WholeExcess, whole_excess};
 pub use within::fill_within;
 
 pub use crate::estimate::{Effort, ErrorKind, Estimate, Estimator, Lobe};

@@ -278,7 +278,9 @@ fn with_roughness(model: &ModelSpec, edit: &dyn Fn(Family, Roughness) -> Roughne
 
 /// The range of `a`, extended to the roughness of `b`.
 fn spanning(a: &ModelSpec, b: &ModelSpec) -> ModelSpec {
-    let Some([from, to]) = ends(b) else { return a.clone() };
+    let Some([from, to]) = b.roughness().map(Roughness::ends) else {
+        return a.clone();
+    };
     with_roughness(a, &|_, own| {
         let [min, max] = own.ends();
         let (min, max) = (min.min(from), max.max(to));
@@ -288,17 +290,6 @@ fn spanning(a: &ModelSpec, b: &ModelSpec) -> ModelSpec {
             Roughness::Fixed(min)
         }
     })
-}
-
-fn ends(model: &ModelSpec) -> Option<[f64; 2]> {
-    match model {
-        ModelSpec::Microfacet {
-            distribution: DistributionSpec::Isotropic { roughness, .. },
-            ..
-        } => Some(roughness.ends()),
-        ModelSpec::BrdfToBtdf(bxdf) => ends(bxdf),
-        _ => None,
-    }
 }
 
 /// Slopes over [1e-6, 1], or what they have where that is more.

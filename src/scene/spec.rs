@@ -180,6 +180,18 @@ impl ModelSpec {
         self.ranges().into_iter().next()
     }
 
+    /// The roughness of an isotropic lobe, on either side of the surface; `None` for other models.
+    pub fn roughness(&self) -> Option<Roughness> {
+        match self {
+            Self::Microfacet {
+                distribution: DistributionSpec::Isotropic { roughness, .. },
+                ..
+            } => Some(*roughness),
+            Self::BrdfToBtdf(bxdf) => bxdf.roughness(),
+            _ => None,
+        }
+    }
+
     /// The model at one roughness.
     ///
     /// `roughness` replaces a range, and `None` stands for its minimum, the roughness at which tables begin. A fixed
