@@ -6,7 +6,9 @@ use super::{Effort, Estimator, Integrator, Target};
 use crate::plan::TablePlan;
 use crate::table::Quantity;
 use crate::table::axis::{AZIMUTH, Axis, MU};
-use std::time::{Duration, Instant};
+use cpu_time::ThreadTime;
+use rayon::ThreadPoolBuilder;
+use std::time::Duration;
 
 /// What a table will cost on one core of this machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,11 +55,25 @@ struct Probe {
     shared_evaluations: f64,
 }
 
-/// Integrates at a few directions and roughnesses of `plan` and scales up.
+/// Integrates at a few directions and roughnesses of `plan` and scales up. What counts is the time of the processor, not that
+/// on the wall: others at work on the machine make no difference.
 ///
 /// # Errors
 /// [`FillError`] with the direction that failed.
 pub fn forecast(plan: &TablePlan) -> Result<Forecast, FillError> {
+    alone(|| judged(plan))
+}
+
+/// Runs `work`, and all that it hands on, on one thread, whose clock then tells what it takes.
+fn alone<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    match ThreadPoolBuilder::new().num_threads(1).build() {
+        Ok(pool) => pool.install(work),
+        // a system without a thread to spare has other worries than the time
+        Err(_) => work(),
+    }
+}
+
+fn judged(plan: &TablePlan) -> Result<Forecast, FillError> {
     let axes: &[Axis] = plan.alternatives.first().map_or(&[], Vec::as_slice);
     let roughness = axes
         .iter()
@@ -104,7 +120,7 @@ fn probes(
     } else {
         &ROUGHNESSES[..1]
     };
-    let (start, mut sum, mut count, mut name) = (Instant::now(), Probe::default(), 0.0, "");
+    let (start, mut sum, mut count, mut name) = (ThreadTime::now(), Probe::default(), 0.0, "");
     for place in places {
         if count > 0.0 && start.elapsed() > PATIENCE {
             break;
@@ -149,12 +165,12 @@ fn probe(
         }
     };
     let mean = Target::rho_hh().of(plan.lobe);
-    let start = Instant::now();
+    let start = ThreadTime::now();
     let integrator = Integrator::new(&model, estimator, effort).map_err(failed(&mean))?;
     let shared_seconds = start.elapsed().as_secs_f64();
     // the mean of all: their costs differ, and dear ones count
     let over = |targets: &[Target]| -> Result<(f64, f64), FillError> {
-        let start = Instant::now();
+        let start = ThreadTime::now();
         let (mut evaluations, mut count) = (0.0, 0.0);
         for (cell, target) in targets.iter().enumerate() {
             if count > 0.0 && start.elapsed() > PATIENCE {
@@ -220,14 +236,18 @@ impl Forecasts {
 
 /// Looks at as many of the `plans` as `patience` allows, and at one at least.
 pub fn forecasts(plans: &[&TablePlan], patience: Duration) -> Forecasts {
-    let start = Instant::now();
+    alone(|| looked_at(plans, patience))
+}
+
+fn looked_at(plans: &[&TablePlan], patience: Duration) -> Forecasts {
+    let start = ThreadTime::now();
     let mut found: Vec<Option<Forecast>> = vec![None; plans.len()];
     let (mut studied, mut failed) = (0, None);
     for index in spread(plans.len()) {
         if studied > 0 && start.elapsed() > patience {
             break;
         }
-        match forecast(plans[index]) {
+        match judged(plans[index]) {
             Ok(forecast) => found[index] = Some(forecast),
             Err(error) => failed = failed.or(Some(error)),
         }
