@@ -43,6 +43,8 @@ pub(super) struct PlanCommand {
 /// What a plan costs, and what one that saves nothing, or everything, would.
 struct Costs {
     own: Forecasts,
+    /// Seconds of all processors that sizes take to be chosen.
+    choosing: f64,
     other: Other,
     threads: usize,
 }
@@ -84,23 +86,33 @@ impl PlanCommand {
             ratio: other_costs.seconds() / usual.seconds(),
             costs: other_costs,
         };
-        let chosen = match wish {
-            None => Vec::new(),
+        let (chosen, choosing) = match wish {
+            None => (Vec::new(), 0.0),
             Some(wish) => self.common.in_pool(|| chosen(&plan.tables, wish))?,
         };
         let own = if chosen.is_empty() {
             usual
         } else {
             plan.tables = chosen.iter().map(|chosen| chosen.choice.plan.clone()).collect();
-            forecasts(&plan.tables.iter().collect::<Vec<_>>(), PATIENCE)
+            let mut own = forecasts(&plan.tables.iter().collect::<Vec<_>>(), PATIENCE);
+            for (forecast, chosen) in own.each.iter_mut().zip(&chosen) {
+                forecast.seconds *= chosen.choice.repeats();
+            }
+            own
         };
         if let Some(failed) = own.failed {
             return Err(failed.into());
         }
-        let halves = chosen.iter().map(|chosen| forecast(&chosen.half.plan));
+        let halves = chosen.iter().map(|chosen| {
+            forecast(&chosen.half.plan).map(|forecast| Forecast {
+                seconds: forecast.seconds * chosen.half.repeats(),
+                ..forecast
+            })
+        });
         let halves = halves.collect::<Result<Vec<Forecast>, FillError>>()?;
         let costs = Costs {
             own,
+            choosing,
             other,
             threads: self.common.in_pool(|| Ok(rayon::current_num_threads()))?,
         };

@@ -90,6 +90,16 @@ pub struct Choice {
     pub obstacle: Option<Obstacle>,
 }
 
+impl Choice {
+    /// How often its texels are computed, as a rule: sizes of two axes are estimated along lines, measured, and corrected.
+    pub fn repeats(&self) -> f64 {
+        if self.whole { 1.0 } else { SHEETS }
+    }
+}
+
+/// Sheets that are computed until one has the size that is wanted.
+const SHEETS: f64 = 2.0;
+
 /// Share of the tolerance that texels computed by rules may be off: 5 per cent cost 3 per cent more texels along each axis.
 const TEXEL_SHARE: f64 = 0.05;
 

@@ -2,6 +2,7 @@
 
 use crate::cli::bake::{BATCH, choosers};
 use crate::cli::{Failure, format};
+use cpu_time::ProcessTime;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use whitefurnace::integrate::Forecast;
@@ -16,11 +17,15 @@ pub(super) struct Chosen {
     pub(super) half: Choice,
 }
 
-pub(super) fn chosen(tables: &[TablePlan], wish: Wish) -> Result<Vec<Chosen>, Failure> {
+/// What is chosen for each of the `tables`, and the seconds of all processors that a bake takes to choose so, too.
+pub(super) fn chosen(tables: &[TablePlan], wish: Wish) -> Result<(Vec<Chosen>, f64), Failure> {
     let bar = format::progress_of(tables.len() as u64, "choosing sizes", "tables");
     let mut chosen = Vec::with_capacity(tables.len());
+    let mut seconds = 0.0;
     for batch in tables.chunks(BATCH) {
+        let start = ProcessTime::now();
         let choosers = choosers(batch, wish, &bar)?;
+        seconds += start.elapsed().as_secs_f64();
         chosen.par_extend(choosers.par_iter().map(|chooser| Chosen {
             choice: chooser.choice(wish.tolerance, Storage::F32),
             smallest: chooser.smallest(wish.tolerance),
@@ -28,7 +33,7 @@ pub(super) fn chosen(tables: &[TablePlan], wish: Wish) -> Result<Vec<Chosen>, Fa
         }));
     }
     bar.finish_and_clear();
-    Ok(chosen)
+    Ok((chosen, seconds))
 }
 
 impl Chosen {

@@ -35,6 +35,11 @@ pub(super) fn of_plan(plan: &Plan, costs: &Costs) -> Value {
     } = &costs.other;
     let mut other = cost(*other_tables, *other_texels, other);
     other["times_as_long"] = json!(ratio.is_finite().then_some(ratio));
+    let mut own = cost(plan.tables.len(), texels, &costs.own);
+    if costs.choosing > 0.0 {
+        own["seconds"] = json!(costs.own.seconds() + costs.choosing);
+        own["choosing_seconds"] = json!(costs.choosing);
+    }
     json!({
         "scene": plan.scene,
         "materials": materials(false),
@@ -42,7 +47,7 @@ pub(super) fn of_plan(plan: &Plan, costs: &Costs) -> Value {
         "unused_materials": plan.unused,
         "tables": tables,
         "skipped": skipped,
-        "cost": cost(plan.tables.len(), texels, &costs.own),
+        "cost": own,
         (if *all_effects { "cost_of_all_effects" } else { "cost_of_what_is_called_for" }): other,
         "findings": plan.clipped,
         "warnings": plan.warnings,

@@ -276,7 +276,12 @@ fn no_tables(plan: &Plan) {
 
 /// What the plan costs, and what the other one would.
 pub(super) fn savings(costs: &Costs) {
-    let Costs { own, other, threads } = costs;
+    let Costs {
+        own,
+        choosing,
+        other,
+        threads,
+    } = costs;
     let judged = |studied: usize, all: usize| {
         if studied < all {
             format!(", judged by {} of the tables", format::count(studied as u64))
@@ -284,7 +289,7 @@ pub(super) fn savings(costs: &Costs) {
             String::new()
         }
     };
-    let total = own.seconds();
+    let total = own.seconds() + choosing;
     if !own.each.is_empty() {
         format::say(format!(
             "\nAbout {} of one core, {} on {threads} threads, with the lookup error between texels measured{}.",
