@@ -41,6 +41,9 @@ pub struct Manifest {
     /// By the id of a table the key of what it answers, see [`key`](super::store::key): a later bake takes a table over
     /// whose key is the one that it would have.
     pub requests: BTreeMap<String, String>,
+    /// Ids of the tables that this bake did not compute, but found finished. The only part that depends on what was there
+    /// before: all others are the same for the same scene, settings, seed and version.
+    pub reused: Vec<String>,
 }
 
 /// One table and its file.
@@ -133,8 +136,8 @@ pub struct MaterialEntry {
 }
 
 impl TableEntry {
-    /// The entry of `table`, stored in the file `file` of `bytes` bytes with the given hash.
-    pub fn new(table: &Table, file: impl Into<String>, bytes: u64, sha256: String) -> Self {
+    /// The entry of `table`, stored in the file `file` of `bytes` bytes with the given hash, which `materials` use.
+    pub fn new(table: &Table, file: impl Into<String>, bytes: u64, sha256: String, materials: &[String]) -> Self {
         let (min, max) = table.range();
         let parameters = table.parameters.iter().cloned();
         Self {
@@ -147,7 +150,7 @@ impl TableEntry {
             channels: table.channels.count(),
             size: table.size(),
             axes: table.axes.iter().map(AxisEntry::new).collect(),
-            materials: table.materials.clone(),
+            materials: materials.to_vec(),
             parameters: parameters.map(|(name, value)| (name, Value::String(value))).collect(),
             estimator: table.estimator.clone(),
             error_kind: table.error_kind.name().into(),
@@ -189,7 +192,7 @@ impl BetweenEntry {
 }
 
 impl Manifest {
-    /// The manifest of a scene with the given materials and tables.
+    /// The manifest of a scene with the given materials and tables, of which nothing is said to be reused.
     pub fn new(
         scene: impl Into<String>,
         seed: u64,
@@ -217,6 +220,7 @@ impl Manifest {
             tables,
             materials,
             requests,
+            reused: Vec::new(),
         }
     }
 
@@ -301,7 +305,11 @@ mod tests {
         let entry = |table: Table| {
             let bytes = to_bytes(&table).unwrap();
             let file = format!("{}.exr", table.id);
-            TableEntry::new(&table, file, bytes.len() as u64, sha256_hex(&bytes))
+            let materials: &[String] = match table.axes.len() {
+                0 => &[],
+                _ => &["Größe 17, \"poliert\"".into(), "gold".into()],
+            };
+            TableEntry::new(&table, file, bytes.len() as u64, sha256_hex(&bytes), materials)
         };
         let tables = [scalar(), rgb_1d(), grey_2d()].map(entry).to_vec();
         let requests = BTreeMap::from([("gold".into(), "0123".into())]);

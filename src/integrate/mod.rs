@@ -35,7 +35,7 @@ pub use coupled::coupled_bxdf;
 pub use fill::{FillError, Progress, fill, texels, work};
 pub use forecast::{Forecast, forecast, forecasts};
 pub use integrator::Integrator;
-pub use request::request;
+pub use request::{answers, request};
 pub use sampled::sampled;
 pub use target::{Angles, Target};
 pub use within::fill_within;

@@ -2,23 +2,21 @@
 
 use super::choice::Wish;
 use crate::plan::TablePlan;
+use crate::table::Table;
 use crate::table::axis::Axis;
 use std::fmt::Write;
 
-/// What `plan` asks for under `wish`: the same text for the same table, and another for any other.
+/// What `plan` asks for under `wish`: the same text for the same table, and another for any other. Its id and the names of
+/// materials are no part of it.
 ///
 /// Numbers are the shortest decimals that read back as the same f64, measured data stand for themselves by their hashes, and
 /// names are quoted, so that no two requests run into each other. Timings, threads and the order of tables are not part of it.
 pub fn request(plan: &TablePlan, wish: Option<&Wish>) -> String {
-    let mut text = String::new();
+    let mut text = subject(plan);
     let mut line = |name: &str, value: &dyn std::fmt::Debug| {
         // writing to a string does not fail
         let _ = writeln!(text, "{name}: {value:?}");
     };
-    line("id", &plan.id);
-    line("materials", &plan.materials);
-    line("integral", &(plan.quantity.name(), plan.lobe.name()));
-    line("model", &plan.model.describe());
     line("channels", &plan.channels.count());
     for axes in &plan.alternatives {
         line("axes", &axes.iter().map(facts).collect::<Vec<_>>());
@@ -36,6 +34,18 @@ pub fn request(plan: &TablePlan, wish: Option<&Wish>) -> String {
         );
     }
     text
+}
+
+/// The integral of `plan` and the model under it, in words: what its tables over any axes share.
+pub(super) fn subject(plan: &TablePlan) -> String {
+    let integral = (plan.quantity.name(), plan.lobe.name());
+    format!("integral: {integral:?}\nmodel: {:?}\n", plan.model.describe())
+}
+
+/// Whether `table` is one that `plan` may have given, by its integral, its model and its seed.
+pub fn answers(plan: &TablePlan, table: &Table) -> bool {
+    let asked = (plan.quantity, plan.lobe, plan.channels, plan.effort.seed);
+    (table.quantity, table.lobe, table.channels, table.seed) == asked && table.parameters == plan.model.describe()
 }
 
 fn facts(axis: &Axis) -> (&str, &str, &str, f64, f64, usize) {
