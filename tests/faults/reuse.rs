@@ -1,12 +1,10 @@
 //! What a bake takes over from those before: what is the same and whole, and nothing else.
 
 use super::directory::{
-    Files, assert_finished, assert_whole, bake, begun, cached, errors, files, good, long_scene, names, refused, scene,
-    taken_over,
+    Files, assert_finished, assert_whole, bake, begun, files, good, long_scene, refused, scene, taken_over,
 };
 use serde_json::Value;
 use std::fs;
-use std::path::Path;
 use whitefurnace::export::store::CACHE;
 
 #[test]

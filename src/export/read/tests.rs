@@ -1,4 +1,5 @@
 use super::*;
+use crate::export::FORMAT;
 use crate::export::exr::to_bytes;
 use crate::export::write::write_whole;
 use crate::table::samples::{grey_2d, rgb_1d, scalar};
@@ -234,10 +235,12 @@ fn contradictions_and_unknown_facts_are_named() {
         let error = decode(&edited(&bytes, from.as_bytes(), to.as_bytes())).unwrap_err();
         assert!(error.contains(reason), "{error}");
     }
-    let mark = b"whitefurnaceFormat\0int\0\x04\0\0\0\x01";
-    let newer = b"whitefurnaceFormat\0int\0\x04\0\0\0\x02";
-    let error = decode(&edited(&bytes, mark, newer)).unwrap_err();
-    assert!(error.contains("where this version reads 1"), "{error}");
+    let mark = |format: i32| [b"whitefurnaceFormat\0int\0\x04\0\0\0".as_slice(), &format.to_le_bytes()].concat();
+    for other in [FORMAT - 1, FORMAT + 1] {
+        let error = decode(&edited(&bytes, &mark(FORMAT), &mark(other))).unwrap_err();
+        let reason = format!("is {other}, where this version reads {FORMAT}");
+        assert!(error.contains(&reason), "{error}");
+    }
 }
 
 #[test]
