@@ -56,6 +56,7 @@ fn facts(axis: &Axis) -> (&str, &str, &str, f64, f64, usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrate::fill::{fill, stable_hash};
     use crate::plan::{Plan, Request};
     use crate::scene::Scene;
     use crate::table::axis::Mapping;
@@ -65,6 +66,45 @@ mod tests {
         let mut request = Request::default();
         edit(&mut request);
         Plan::new(scene, &request).unwrap().tables
+    }
+
+    #[test]
+    fn names_are_no_part_of_a_request_and_tables_of_a_scene_have_streams_of_their_own() {
+        let scene = Scene::default_scene();
+        let plans = plans(|_| {}, &scene);
+        for plan in &plans {
+            let renamed = TablePlan {
+                id: "other".into(),
+                materials: vec!["some".into(), "more".into()],
+                ..plan.clone()
+            };
+            assert_eq!(request(plan, None), request(&renamed, None));
+            // neither are axes a part of what names the streams
+            let reshaped = TablePlan {
+                alternatives: Vec::new(),
+                ..renamed
+            };
+            assert_eq!(subject(plan), subject(&reshaped));
+        }
+        let streams: HashSet<u64> = plans.iter().map(|plan| stable_hash(&subject(plan))).collect();
+        assert_eq!(streams.len(), plans.len());
+    }
+
+    #[test]
+    fn tables_answer_the_plans_that_they_are_of() {
+        let plans = plans(|request| request.resolution = 2, &Scene::default_scene());
+        let quick = plans.iter().filter(|plan| plan.texels() <= 2).take(4);
+        let quick: Vec<&TablePlan> = quick.collect();
+        let tables: Vec<Table> = quick.iter().map(|plan| fill(plan, &|_| {}).unwrap()).collect();
+        for (i, plan) in quick.iter().enumerate() {
+            for (j, table) in tables.iter().enumerate() {
+                assert_eq!(answers(plan, table), i == j, "{} and {}", plan.id, table.id);
+            }
+            let mut other = (*plan).clone();
+            other.effort.seed = 1;
+            assert!(!answers(&other, &tables[i]));
+        }
+        assert!(quick.len() == 4);
     }
 
     #[test]

@@ -66,6 +66,23 @@ fn names_and_order_cost_no_computation() {
     assert_eq!(tables(files(&out)), tables(first));
 }
 
+/// Random streams are named by what is sampled: another name gives the same samples, another model gives others.
+#[test]
+fn samples_do_not_depend_on_names() {
+    let directory = tempfile::tempdir().unwrap();
+    let sampled = ["--estimator", "mc-visible", "--samples", "1000", "--resolution", "4"];
+    let baked = |path: &Path, name: &str| {
+        let out = directory.path().join(name);
+        assert_eq!(taken_over(path, &out, &sampled), [""; 0]);
+        files(&out)
+    };
+    let path = scene(directory.path(), "s.toml", &[17.0]);
+    let first = baked(&path, "first");
+    let second = baked(&renamed(&path, "k17", "methanol"), "second");
+    assert_eq!(first["k17.rho_hd.exr"], second["methanol.rho_hd.exr"]);
+    assert_eq!(first["k17.rho_hh.exr"], second["methanol.rho_hh.exr"]);
+}
+
 #[test]
 fn one_change_costs_one_computation_and_the_way_back_none() {
     let directory = tempfile::tempdir().unwrap();
@@ -130,7 +147,7 @@ fn damaged_entries_are_said_and_replaced() {
             #[cfg(unix)]
             {
                 put(&whole);
-                let mode = std::os::unix::fs::PermissionsExt::from_mode(0);
+                let mode = std::os::unix::fs::PermissionsExt::from_mode(0o000);
                 fs::set_permissions(&entry, mode).unwrap();
                 if fs::read(&entry).is_ok() {
                     println!("the superuser may read anything: a link to nowhere instead");
