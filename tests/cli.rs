@@ -97,7 +97,7 @@ fn a_bake_writes_the_files_of_its_manifest_and_no_others() {
     }
     let baked = directory.path().join("outputs/default");
     let manifest: Value = serde_json::from_slice(&fs::read(baked.join("manifest.json")).unwrap()).unwrap();
-    let mut named = BTreeSet::from(["manifest.json".to_string()]);
+    let mut named = BTreeSet::from(["manifest.json", ".furnace"].map(String::from));
     for entry in manifest["tables"].as_array().unwrap() {
         let file = entry["file"].as_str().unwrap();
         let bytes = fs::read(baked.join(file)).unwrap();
@@ -116,10 +116,20 @@ fn a_bake_writes_the_files_of_its_manifest_and_no_others() {
     assert_eq!(files(&baked), named);
 
     // a second bake goes over the first
-    let bytes = fs::read(baked.join("manifest.json")).unwrap();
-    let json = good_json(directory.path(), &[&["bake", "--json"], &SMALL[..]].concat());
+    let mut json = good_json(directory.path(), &[&["bake", "--json"], &SMALL[..]].concat());
     assert_eq!(files(&baked), named);
-    assert_eq!(fs::read(baked.join("manifest.json")).unwrap(), bytes);
+    // which differs from the first in that it has nothing to compute, and says so
+    let again: Value = serde_json::from_slice(&fs::read(baked.join("manifest.json")).unwrap()).unwrap();
+    assert_eq!(json["manifest"], again);
+    let ids: Vec<&Value> = manifest["tables"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|entry| &entry["id"])
+        .collect();
+    assert_eq!(manifest["reused"], serde_json::json!([]));
+    assert_eq!(again["reused"], serde_json::json!(ids));
+    json["manifest"]["reused"] = serde_json::json!([]);
     assert_eq!(json["manifest"], manifest);
     assert_eq!(json["directory"], "outputs/default");
     assert!(json["seconds"].as_f64().unwrap() > 0.0);
@@ -186,6 +196,7 @@ fn a_bake_that_fails_leaves_nothing_half_written() {
     let read = || -> Vec<Vec<u8>> {
         let names = files(&here.join("old")).into_iter();
         names
+            .filter(|name| name != ".furnace")
             .map(|name| fs::read(here.join("old").join(name)).unwrap())
             .collect()
     };
@@ -512,7 +523,7 @@ fn rho_texels_and_manifest_agree() {
                 "rho".to_string(),
                 "--json".into(),
                 "--material".into(),
-                table.materials[0].clone(),
+                entry["materials"][0].as_str().unwrap().into(),
             ];
             if table.quantity.name() == "rho_hh" {
                 flags.push("--hh".into());
@@ -580,6 +591,15 @@ fn inspect_tells_tables_from_others_and_from_damage() {
     ] {
         assert!(shown.contains(part), "{part} is not in\n{shown}");
     }
+    // who uses a table is said by the manifest alone
+    fs::copy(here.join(file), here.join("alone.exr")).unwrap();
+    let alone = good_json(here, &["inspect", "alone.exr", "--json"]);
+    assert_eq!(
+        (&alone["materials"], &alone["id"]),
+        (&serde_json::json!([]), &"alone".into())
+    );
+    assert!(good(here, &["inspect", "alone.exr"]).contains("no manifest beside it lists the file"));
+
     let json = good_json(here, &["inspect", "foreign.exr", "--json"]);
     assert_eq!(json["foreign"][0]["size"], serde_json::json!([5, 2]));
 
@@ -1083,6 +1103,15 @@ fn verify_tests_tables() {
     ] {
         assert!(out.contains(part), "{part} is not in\n{out}");
     }
+    // what a file does not say, the manifest and the scene have to agree on
+    json["tables"][0]["materials"] = serde_json::json!(["lobe", "other"]);
+    fs::write(&manifest, json.to_string()).unwrap();
+    let (code, out) = run("right.toml");
+    assert_eq!(code, Some(1), "{out}");
+    assert!(
+        out.contains("its materials are lobe, other, the scene says lobe"),
+        "{out}"
+    );
     // a name that leads out of the directory is not followed
     json["tables"][0]["file"] = "../right.toml".into();
     fs::write(&manifest, json.to_string()).unwrap();

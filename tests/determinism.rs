@@ -7,7 +7,7 @@ use std::process::Command;
 use whitefurnace::export::read::{Contents, read_exr};
 use whitefurnace::table::Table;
 
-/// Bakes the default scene into `directory` and returns every file there.
+/// Bakes the default scene into `directory` and returns every file that is there for others.
 fn bake(directory: &Path, arguments: &[&str]) -> BTreeMap<String, Vec<u8>> {
     let output = Command::new(env!("CARGO_BIN_EXE_furnace"))
         .arg("bake")
@@ -21,12 +21,12 @@ fn bake(directory: &Path, arguments: &[&str]) -> BTreeMap<String, Vec<u8>> {
         "{arguments:?}: {}",
         String::from_utf8_lossy(&output.stderr)
     );
-    let read = |entry: std::io::Result<fs::DirEntry>| {
-        let path = entry.unwrap().path();
+    let paths = fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
+    let read = |path: std::path::PathBuf| {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         (name, fs::read(path).unwrap())
     };
-    fs::read_dir(directory).unwrap().map(read).collect()
+    paths.filter(|path| path.is_file()).map(read).collect()
 }
 
 fn assert_same(first: &BTreeMap<String, Vec<u8>>, second: &BTreeMap<String, Vec<u8>>, what: &str) {

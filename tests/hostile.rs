@@ -355,12 +355,12 @@ fn damaged_manifests_are_errors_and_lead_nowhere_else() {
             &["is no name of a file beside the manifest"],
         );
     }
-    let long = format!("{{\"format\":1,\"tables\":[{}]}}", "[],".repeat(6_000_000));
+    let long = format!("{{\"format\":2,\"tables\":[{}]}}", "[],".repeat(6_000_000));
     for (text, part) in [
         ("[".repeat(1_000_000), "line 1"),
-        (format!("{{\"format\":1,\"more\":{}", "[".repeat(1_000_000)), "line 1"),
-        (json.replace("\"format\": 1", "\"format\": 7"), "its format is 7"),
-        (json.replace("\"format\": 1", "\"format\": 1e99"), "line 2"),
+        (format!("{{\"format\":2,\"more\":{}", "[".repeat(1_000_000)), "line 1"),
+        (json.replace("\"format\": 2", "\"format\": 7"), "its format is 7"),
+        (json.replace("\"format\": 2", "\"format\": 1e99"), "line 2"),
         (json[..json.len() / 2].to_owned(), "EOF"),
         (long, "line 1"),
         ("[,".repeat(9_000_000), "16777216 brackets"),

@@ -34,7 +34,7 @@ fn baked(scene: &Scene, resolution: usize) -> Vec<Stored> {
     };
     let directory = tempfile::tempdir().unwrap();
     let stored = |plan: TablePlan| {
-        let path = directory.path().join("table.exr");
+        let path = directory.path().join(format!("{}.exr", plan.id));
         let table = fill(&plan, &|_| {}).unwrap();
         write::write_whole(&path, &exr::to_bytes(&table).unwrap()).unwrap();
         match read_exr(&path).unwrap().contents {

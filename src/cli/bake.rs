@@ -1,10 +1,11 @@
 //! `furnace bake`
 
+mod findings;
 mod interruption;
 mod progress;
 mod report;
 
-use super::{Common, Failure, Shape, format};
+use super::{Common, Failure, Shape, format, lobes};
 use clap::Args;
 use indicatif::ProgressBar;
 use progress::Progress;
@@ -15,10 +16,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 use whitefurnace::export::manifest::{Manifest, TableEntry};
-use whitefurnace::export::store::{Store, UNFINISHED, file_name, key};
+use whitefurnace::export::store::{CACHE, Lookup, Store, file_name, key};
 use whitefurnace::export::{exr, sha256_hex};
-use whitefurnace::integrate::choice::{Chooser, Wish};
-use whitefurnace::integrate::{FillError, fill, fill_within, request};
+use whitefurnace::integrate::choice::{Choice, Chooser, Wish};
+use whitefurnace::integrate::{FillError, answers, fill, fill_within, request};
 use whitefurnace::plan::{Plan, TablePlan};
 use whitefurnace::table::{Storage, Table};
 
@@ -33,9 +34,10 @@ anywhere between texels. Without --tolerance the tables have 64, 32 and 16 texel
 1e-6. With --tolerance T axes, sizes and texel errors are chosen so that the lookup error is at most T at least bytes; sizes \
 that are given stay as given.
 
-Finished tables wait in DIR/.furnace until all are finished; then they take their names at once, and the tables of an earlier \
+Finished tables are kept in DIR/.furnace; when all are finished they take their names at once, and the tables of an earlier \
 bake stay whole until then. Interrupted in any way, the same command goes on with what is finished and ends with the same \
-bytes. Tables that the directory holds already, of the same material, settings and version, are not computed again.
+bytes. A table of the same model, settings and version is never computed twice, whatever its material is called: DIR/.furnace \
+keeps those of earlier bakes too, those used last and 256 MiB at most, beside those in place. It may be deleted at any time.
 
 Examples:
   furnace bake scene.toml --out tables
@@ -50,7 +52,7 @@ pub(super) struct Bake {
     /// Directory for the tables; outputs/<scene> by default.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Compute every table, also those that the directory holds already.
+    /// Compute every table, also those that were computed before, and keep none in DIR/.furnace.
     #[arg(long)]
     no_cache: bool,
 }
@@ -76,19 +78,18 @@ impl Bake {
             .clone()
             .unwrap_or_else(|| Path::new("outputs").join(&plan.directory));
         // an unusable directory is found before the work, not after it
-        let store = Arc::new(Store::open(&directory)?);
+        let store = Store::open(&directory)?;
+        let store = Arc::new(if self.no_cache { store.without_cache() } else { store });
         interruption::tell_what_is_kept(&store, plan.tables.len());
         let (baked, manifest) = self
             .common
             .in_pool(|| self.bake(&plan, wish, &store))
             .map_err(|failure| kept_for_later(&store, failure))?;
+        let findings = findings::findings(&plan, store.directory(), &manifest)?;
         let seconds = start.elapsed().as_secs_f64();
         if self.common.json {
-            let ids = |baked: &Baked| baked.found.then(|| baked.entry.id.clone());
-            let found: Vec<String> = baked.iter().filter_map(ids).collect();
             let directory = directory.display().to_string();
-            let mut value =
-                json!({ "directory": directory, "seconds": seconds, "found_finished": found, "manifest": manifest });
+            let mut value = json!({ "directory": directory, "seconds": seconds, "found_finished": manifest.reused, "findings": findings, "manifest": manifest });
             if wish.is_some() {
                 let unmet = |baked: &Baked| Some((baked.entry.id.clone(), json!(baked.entry.unmet.as_ref()?)));
                 let unmet: Map<String, Value> = baked.iter().filter_map(unmet).collect();
@@ -96,7 +97,7 @@ impl Bake {
             }
             format::say(serde_json::to_string_pretty(&value)?);
         } else {
-            report::report(&directory, &plan, &baked, wish, seconds);
+            report::report(&directory, &plan, &baked, (wish, &findings), seconds);
         }
         Ok(())
     }
@@ -108,12 +109,10 @@ impl Bake {
             .map(|table| key(&request(table, wish.as_ref())))
             .collect();
         let find = |(table, key): (&TablePlan, &String)| {
-            let kept = if self.no_cache {
-                None
-            } else {
-                store.find(key, &table.id)
-            }?;
-            Some(Baked::new(&kept.table, table.purpose, kept.bytes, kept.sha256, true))
+            let lookup = store.find(key, &table.id, &|found| answers(table, found));
+            tell_damaged(&lookup, &table.id);
+            let kept = lookup.kept?;
+            Some(Baked::new(&kept.table, table, kept.bytes, kept.sha256, true))
         };
         let mut baked: Vec<Option<Baked>> = plan.tables.iter().zip(&keys).map(find).collect();
         let missing: Vec<usize> = (0..baked.len()).filter(|index| baked[*index].is_none()).collect();
@@ -126,9 +125,8 @@ impl Bake {
                 let table = progress.during(job.plan(), |done| job.fill(done))?;
                 let bytes = exr::to_bytes(&table)?;
                 store.keep(&keys[*index], &bytes)?;
-                let purpose = plan.tables[*index].purpose;
-                let sha256 = sha256_hex(&bytes);
-                baked[*index] = Some(Baked::new(&table, purpose, bytes.len() as u64, sha256, false));
+                let (sha256, plan) = (sha256_hex(&bytes), &plan.tables[*index]);
+                baked[*index] = Some(Baked::new(&table, plan, bytes.len() as u64, sha256, false));
             }
         }
         progress.end();
@@ -136,18 +134,29 @@ impl Bake {
         let entries: Vec<TableEntry> = baked.iter().map(|baked| baked.entry.clone()).collect();
         let ids = plan.tables.iter().map(|table| table.id.clone());
         let requests: BTreeMap<String, String> = ids.zip(keys).collect();
+        let reused = baked
+            .iter()
+            .filter(|baked| baked.found)
+            .map(|baked| baked.entry.id.clone());
         let materials: Vec<String> = plan.names().map(str::to_owned).collect();
-        let manifest = Manifest::new(&plan.scene, self.common.seed, &materials, entries, requests);
+        let mut manifest = Manifest {
+            reused: reused.collect(),
+            all_effects: self.shape.all_effects,
+            ..Manifest::new(&plan.scene, self.common.seed, &materials, entries, requests)
+        };
+        for (entry, material) in manifest.materials.iter_mut().zip(&plan.materials) {
+            entry.lobes = lobes::entries(material);
+        }
         store.publish(&manifest)?;
         Ok((baked, manifest))
     }
 }
 
 impl Baked {
-    fn new(table: &Table, purpose: &'static str, bytes: u64, sha256: String, found: bool) -> Self {
+    fn new(table: &Table, plan: &TablePlan, bytes: u64, sha256: String, found: bool) -> Self {
         Self {
-            entry: TableEntry::new(table, file_name(&table.id), bytes, sha256),
-            purpose,
+            entry: TableEntry::new(table, file_name(&table.id), bytes, sha256, &plan.materials),
+            purpose: plan.purpose,
             row: report::row(table),
             excess: report::excess(table),
             found,
@@ -160,7 +169,7 @@ enum Job<'a> {
     Planned(&'a TablePlan),
     Chosen {
         chooser: Box<Chooser<'a>>,
-        plan: Box<TablePlan>,
+        choice: Box<Choice>,
     },
 }
 
@@ -168,15 +177,15 @@ impl Job<'_> {
     fn plan(&self) -> &TablePlan {
         match self {
             Self::Planned(plan) => plan,
-            Self::Chosen { plan, .. } => plan,
+            Self::Chosen { choice, .. } => &choice.plan,
         }
     }
 
-    /// How often it is computed, as a rule: chosen sizes of two axes are measured and corrected.
+    /// How often it is computed, as a rule.
     fn repeats(&self) -> f64 {
         match self {
-            Self::Chosen { plan, .. } if plan.alternatives.iter().any(|axes| axes.len() > 1) => 2.0,
-            _ => 1.0,
+            Self::Chosen { choice, .. } => choice.repeats(),
+            Self::Planned(_) => 1.0,
         }
     }
 
@@ -195,7 +204,7 @@ fn jobs<'a>(plan: &'a Plan, indices: &[usize], wish: Option<Wish>, bar: &Progres
         return Ok(tables.map(Job::Planned).collect());
     };
     let chosen = choosers(tables, wish, bar)?.into_iter().map(|chooser| Job::Chosen {
-        plan: Box::new(chooser.choice(wish.tolerance, Storage::F32).plan),
+        choice: Box::new(chooser.choice(wish.tolerance, Storage::F32)),
         chooser: Box::new(chooser),
     });
     Ok(chosen.collect())
@@ -222,14 +231,28 @@ pub(super) fn choosers<'a>(
 
 /// A failure, and what of the work is not lost.
 fn kept_for_later(store: &Store, failure: Failure) -> Failure {
-    let finished = *store.abandon();
+    let finished = store.abandon().tables;
     // a directory that was taken away is not where anything is kept
-    if finished == 0 || !store.directory().join(UNFINISHED).exists() {
+    if finished == 0 || !store.directory().join(CACHE).exists() {
         return failure;
     }
     let directory = store.directory().display();
-    format!("{failure}\n{finished} tables are finished and kept in {directory}: the next bake goes on from there")
-        .into()
+    let next = match store.uses_cache() {
+        true => "the next bake",
+        false => "a bake without --no-cache",
+    };
+    format!("{failure}\n{finished} tables are finished and kept in {directory}: {next} goes on from there").into()
+}
+
+/// Files that should have held the table `id`, and what becomes of it.
+fn tell_damaged(lookup: &Lookup, id: &str) {
+    let next = match &lookup.kept {
+        None => "is computed again",
+        Some(_) => "is taken from another file",
+    };
+    for damaged in &lookup.damaged {
+        format::note(format!("{damaged}; {id} {next}"));
+    }
 }
 
 /// Axis values as `mu = 0.5, kappa = 17`.

@@ -22,11 +22,13 @@ pub(super) struct Inspect {
 impl Inspect {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let file = read_exr(&self.file)?;
+        let manifest = Manifest::read(&file.path.with_file_name(manifest::FILE_NAME)).ok();
+        let listed = manifest.as_ref().and_then(|manifest| listed(manifest, &file));
         if self.json {
-            format::say(serde_json::to_string_pretty(&as_json(&file))?);
+            format::say(serde_json::to_string_pretty(&as_json(&file, listed))?);
             return Ok(());
         }
-        let standing = against_manifest(&file);
+        let standing = manifest.as_ref().map_or("", |_| standing(&file, listed));
         format::say(format!(
             "{}, {} bytes, sha256 {}{standing}\n\n",
             printable(&file.path.display().to_string()),
@@ -34,34 +36,38 @@ impl Inspect {
             file.sha256
         ));
         match &file.contents {
-            Contents::Table { table, version } => report(table, version),
+            Contents::Table { table, version } => report(table, version, listed),
             Contents::Foreign(layers) => layers.iter().for_each(report_foreign),
         }
         Ok(())
     }
 }
 
-/// What the manifest beside the file says of it: header text is not covered by the hash of the samples.
-fn against_manifest(file: &TableFile) -> String {
-    let beside = file.path.with_file_name(manifest::FILE_NAME);
-    let Ok(manifest) = Manifest::read(&beside) else {
-        return String::new();
-    };
-    let name = file.path.file_name().map(|name| name.to_string_lossy().into_owned());
-    match manifest.tables.iter().find(|entry| Some(&entry.file) == name.as_ref()) {
-        Some(entry) if entry.sha256 == file.sha256 => ", as in the manifest".into(),
-        Some(_) => {
-            "\nfinding: the manifest beside it has another hash: changed since the bake, or of another bake".into()
-        }
-        None => "\nnote: the manifest beside it does not list this file".into(),
+/// The entry of the file in the manifest beside it.
+fn listed<'a>(manifest: &'a Manifest, file: &TableFile) -> Option<&'a TableEntry> {
+    let name = file.path.file_name()?.to_str()?;
+    manifest.tables.iter().find(|entry| entry.file == name)
+}
+
+/// How the file and its entry go together: header text is not covered by the hash of the samples.
+fn standing(file: &TableFile, listed: Option<&TableEntry>) -> &'static str {
+    match listed {
+        Some(entry) if entry.sha256 == file.sha256 => ", as in the manifest",
+        Some(_) => "\nfinding: the manifest beside it has another hash: changed since the bake, or of another bake",
+        None => "\nnote: the manifest beside it does not list this file",
     }
 }
 
-fn report(table: &Table, version: &str) {
+fn report(table: &Table, version: &str, listed: Option<&TableEntry>) {
     let (min, max) = table.range();
     let mut facts = vec![
         ("quantity", format!("{}, {}", table.quantity.name(), table.lobe.name())),
-        ("materials", table.materials.join(", ")),
+        (
+            "materials",
+            listed.map_or("unknown: no manifest beside it lists the file".into(), |entry| {
+                entry.materials.join(", ")
+            }),
+        ),
         ("channels", table.channels.count().to_string()),
     ];
     for axis in &table.axes {
@@ -177,11 +183,18 @@ fn report_foreign(layer: &ForeignLayer) {
     format::say("It has no attributes of whitefurnace: axes, texel rule and errors are unknown.");
 }
 
-fn as_json(file: &TableFile) -> Value {
+fn as_json(file: &TableFile, listed: Option<&TableEntry>) -> Value {
     let path = file.path.display().to_string();
     match &file.contents {
         Contents::Table { table, version } => {
-            let mut entry = json!(TableEntry::new(table, &path, file.bytes, file.sha256.clone()));
+            let materials = listed.map_or(&[][..], |entry| &entry.materials);
+            let mut entry = json!(TableEntry::new(
+                table,
+                &path,
+                file.bytes,
+                file.sha256.clone(),
+                materials
+            ));
             entry["version"] = json!(version);
             entry
         }

@@ -4,6 +4,7 @@ mod bake;
 mod cost;
 mod format;
 mod inspect;
+mod lobes;
 mod number;
 mod plan;
 mod rho;
@@ -231,7 +232,11 @@ fn in_pool<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T, Fai
 
 impl Common {
     fn load(&self) -> Result<Scene, Failure> {
-        load(self.scene.as_deref())
+        let scene = load(self.scene.as_deref())?;
+        for warning in &scene.warnings {
+            format::complain(format!("warning: {warning}"));
+        }
+        Ok(scene)
     }
 
     /// Deterministic estimators draw no samples; who fixes their number gets told.

@@ -2,7 +2,7 @@
 
 mod chosen;
 mod json;
-mod text;
+pub(super) mod text;
 
 use super::{Common, Failure, Shape, format};
 use chosen::chosen;

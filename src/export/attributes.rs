@@ -1,5 +1,7 @@
 //! The facts of a table as attributes of an OpenEXR header, both ways.
 //!
+//! What it is called and who uses it are none of them: a table under another name is the same file.
+//!
 //! Single numbers are doubles, so that a loader need not parse them. OpenEXR has no 64-bit integers: counts and seeds
 //! are decimal strings, which no reader rounds. What was not measured is the string [`NOT_MEASURED`], never a zero.
 //! Names stay below 32 bytes, above which a file needs the long-names flag and old readers refuse it. `version` is
@@ -39,7 +41,7 @@ fn lines(lines: impl Iterator<Item = String>) -> AttributeValue {
     AttributeValue::TextVector(lines.map(|line| text(&line)).collect())
 }
 
-/// All facts of `table`, which has passed its checks, and the hash of its samples.
+/// All facts of `table`, which has passed its checks, but its id, and the hash of its samples.
 pub(super) fn from_table(table: &Table, sample_hash: &str) -> Attributes {
     let mut all = Attributes::new();
     let mut put = |name: &str, value| all.insert(text(name), value);
@@ -49,7 +51,6 @@ pub(super) fn from_table(table: &Table, sample_hash: &str) -> Attributes {
     put(MARK, AttributeValue::I32(FORMAT));
     put(VERSION, string(&super::VERSION));
     put(SAMPLES, string(&sample_hash));
-    put("tableId", string(&table.id));
     put("quantity", string(&table.quantity.name()));
     put("lobe", string(&table.lobe.name()));
     put("estimator", string(&table.estimator));
@@ -61,9 +62,6 @@ pub(super) fn from_table(table: &Table, sample_hash: &str) -> Attributes {
     put("evaluations", string(&table.evaluations));
     put("seed", string(&table.seed));
     // OpenEXR knows no empty string vectors: an absent one is empty.
-    if !table.materials.is_empty() {
-        put("materials", lines(table.materials.iter().cloned()));
-    }
     if !table.parameters.is_empty() {
         let pairs = table.parameters.iter().map(|(name, value)| format!("{name} = {value}"));
         put("parameters", lines(pairs));
@@ -219,15 +217,15 @@ impl Facts<'_> {
         }))
     }
 
-    /// The table that the attributes describe, still without values and errors.
-    pub(super) fn table(&self, channels: Channels) -> Result<Table, String> {
+    /// The table that the attributes describe, called `id`, still without values and errors.
+    pub(super) fn table(&self, id: &str, channels: Channels) -> Result<Table, String> {
         let axes = match self.small("axes")? {
             count @ 0..=2 => count as usize,
             count => return Err(format!("attribute axes is {count}, where 0 to 2 are possible")),
         };
         let all_axes: Result<Vec<Axis>, String> = (0..axes).map(|k| self.axis(k)).collect();
         Ok(Table {
-            id: self.string("tableId")?,
+            id: id.into(),
             quantity: self.choice("quantity", Quantity::from_name)?,
             lobe: self.choice("lobe", Lobe::from_name)?,
             axes: all_axes?,
@@ -235,7 +233,6 @@ impl Facts<'_> {
             values: Vec::new(),
             errors: Vec::new(),
             error_kind: self.choice("errorKind", ErrorKind::from_name)?,
-            materials: self.strings("materials")?,
             parameters: self.parameters()?,
             estimator: self.string("estimator")?,
             tolerance: self.number("tolerance")?,

@@ -28,7 +28,7 @@ pub(super) fn channel_names(channels: Channels) -> &'static [(&'static str, usiz
 /// Prefix of the channels that hold errors.
 pub(super) const ERROR_LAYER: &str = "error.";
 
-/// The file of `table`: the same bytes for the same table, always.
+/// The file of `table`: the same bytes for the same table, always, whatever its id.
 ///
 /// # Errors
 /// [`ExportError::Table`] when the table fails its checks, [`ExportError::Encode`] when the format cannot hold it.

@@ -1,5 +1,9 @@
 //! `manifest.json`: all tables of a scene with the facts of their files, and which material uses which.
 
+mod material;
+
+pub use material::{AlbedoEntry, BaseEntry, LobeEntry, MaterialEntry};
+
 use super::{ExportError, FORMAT, SOFTWARE, VERSION, json_reason};
 use crate::regular;
 use crate::table::axis::Axis;
@@ -36,11 +40,16 @@ pub struct Manifest {
     pub seed: u64,
     /// The tables, in the order of the plan.
     pub tables: Vec<TableEntry>,
+    /// Whether every effect was computed for every material, whatever the scene calls for.
+    pub all_effects: bool,
     /// The materials, in the order of the scene.
     pub materials: Vec<MaterialEntry>,
     /// By the id of a table the key of what it answers, see [`key`](super::store::key): a later bake takes a table over
     /// whose key is the one that it would have.
     pub requests: BTreeMap<String, String>,
+    /// Ids of the tables that this bake did not compute, but found finished. The only part that depends on what was there
+    /// before: all others are the same for the same scene, settings, seed and version.
+    pub reused: Vec<String>,
 }
 
 /// One table and its file.
@@ -123,18 +132,9 @@ pub struct BetweenEntry {
     pub probes: u64,
 }
 
-/// A material and its tables.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct MaterialEntry {
-    /// Name in the scene.
-    pub name: String,
-    /// Ids of the tables that it uses; none when closed forms suffice.
-    pub tables: Vec<String>,
-}
-
 impl TableEntry {
-    /// The entry of `table`, stored in the file `file` of `bytes` bytes with the given hash.
-    pub fn new(table: &Table, file: impl Into<String>, bytes: u64, sha256: String) -> Self {
+    /// The entry of `table`, stored in the file `file` of `bytes` bytes with the given hash, which `materials` use.
+    pub fn new(table: &Table, file: impl Into<String>, bytes: u64, sha256: String, materials: &[String]) -> Self {
         let (min, max) = table.range();
         let parameters = table.parameters.iter().cloned();
         Self {
@@ -147,7 +147,7 @@ impl TableEntry {
             channels: table.channels.count(),
             size: table.size(),
             axes: table.axes.iter().map(AxisEntry::new).collect(),
-            materials: table.materials.clone(),
+            materials: materials.to_vec(),
             parameters: parameters.map(|(name, value)| (name, Value::String(value))).collect(),
             estimator: table.estimator.clone(),
             error_kind: table.error_kind.name().into(),
@@ -189,7 +189,7 @@ impl BetweenEntry {
 }
 
 impl Manifest {
-    /// The manifest of a scene with the given materials and tables.
+    /// The manifest of a scene with the given materials and tables, of which nothing is said to be reused.
     pub fn new(
         scene: impl Into<String>,
         seed: u64,
@@ -206,6 +206,7 @@ impl Manifest {
         let users = |name: &String| MaterialEntry {
             name: name.clone(),
             tables: of.get(name.as_str()).cloned().unwrap_or_default(),
+            lobes: Vec::new(),
         };
         let materials = materials.iter().map(users).collect();
         Self {
@@ -215,8 +216,10 @@ impl Manifest {
             scene: scene.into(),
             seed,
             tables,
+            all_effects: false,
             materials,
             requests,
+            reused: Vec::new(),
         }
     }
 
@@ -301,7 +304,11 @@ mod tests {
         let entry = |table: Table| {
             let bytes = to_bytes(&table).unwrap();
             let file = format!("{}.exr", table.id);
-            TableEntry::new(&table, file, bytes.len() as u64, sha256_hex(&bytes))
+            let materials: &[String] = match table.axes.len() {
+                0 => &[],
+                _ => &["Größe 17, \"poliert\"".into(), "gold".into()],
+            };
+            TableEntry::new(&table, file, bytes.len() as u64, sha256_hex(&bytes), materials)
         };
         let tables = [scalar(), rgb_1d(), grey_2d()].map(entry).to_vec();
         let requests = BTreeMap::from([("gold".into(), "0123".into())]);

@@ -20,7 +20,7 @@ pub const SOFTWARE: &str = "whitefurnace";
 /// The version of the program, in every file that it writes.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Version of the layout of attributes and manifest; files of a later layout are refused, not guessed at.
-pub const FORMAT: i32 = 1;
+pub const FORMAT: i32 = 2;
 
 /// Why a file could not be written or read.
 #[derive(Debug, Error)]

@@ -55,7 +55,7 @@ pub struct TableFile {
 /// A table of ours, or any other image.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Contents {
-    /// Written by this program: values and errors are those stored, all facts as they were.
+    /// Written by this program: values and errors are those stored, all facts as they were, the id the stem of the file.
     Table {
         /// The table; its values are exact in f32, and its errors count the rounding already.
         table: Box<Table>,
@@ -110,12 +110,13 @@ pub fn read_exr(path: &Path) -> Result<TableFile, ExportError> {
     parse_exr(path, &read_limited(path)?)
 }
 
-/// The same from the bytes of the file, which messages call `path`.
+/// The same from the bytes of the file, which messages call `path`, and whose stem is the id of a table.
 ///
 /// # Errors
 /// [`ExportError::Unreadable`] as [`read_exr`].
 pub fn parse_exr(path: &Path, bytes: &[u8]) -> Result<TableFile, ExportError> {
-    let contents = decode(bytes).map_err(|reason| unreadable(path, reason))?;
+    let id = path.file_stem().unwrap_or_default().to_string_lossy();
+    let contents = decode(&id, bytes).map_err(|reason| unreadable(path, reason))?;
     Ok(TableFile {
         path: path.to_path_buf(),
         bytes: bytes.len() as u64,
@@ -149,8 +150,8 @@ fn read_limited(path: &Path) -> Result<Vec<u8>, ExportError> {
     Ok(bytes)
 }
 
-/// What the bytes of a file hold, or what is wrong with them.
-fn decode(bytes: &[u8]) -> Result<Contents, String> {
+/// What the bytes of a file hold, or what is wrong with them. A table is called `id`.
+fn decode(id: &str, bytes: &[u8]) -> Result<Contents, String> {
     let head = &bytes[..bytes.len().min(MAX_HEADER_BYTES)];
     let meta = MetaData::read_from_buffered(Cursor::new(head), false).map_err(|error| {
         if head.len() < bytes.len() {
@@ -179,7 +180,7 @@ fn decode(bytes: &[u8]) -> Result<Contents, String> {
         .from_buffered(Cursor::new(bytes))
         .map_err(|error| error.to_string())?;
     match image.layer_data.as_slice() {
-        [layer] if attributes::is_ours(&layer.attributes.other) => our_table(layer),
+        [layer] if attributes::is_ours(&layer.attributes.other) => our_table(id, layer),
         layers => Ok(Contents::Foreign(
             meta.headers.iter().zip(layers).map(decoded).collect(),
         )),
@@ -234,7 +235,7 @@ fn check_announced(headers: &[Header], file_bytes: u64) -> Result<(), String> {
 type FlatLayer = Layer<AnyChannels<FlatSamples>>;
 
 /// The table in a layer that carries our attributes.
-fn our_table(layer: &FlatLayer) -> Result<Contents, String> {
+fn our_table(id: &str, layer: &FlatLayer) -> Result<Contents, String> {
     let facts = Facts(&layer.attributes.other);
     facts.check_format()?;
     let found: Vec<&AnyChannel<FlatSamples>> = layer.channel_data.list.iter().collect();
@@ -244,7 +245,7 @@ fn our_table(layer: &FlatLayer) -> Result<Contents, String> {
         6 => Channels::Rgb,
         count => return Err(format!("it has {count} channels, where tables have 2, 4 or 6")),
     };
-    let mut table = facts.table(channels)?;
+    let mut table = facts.table(id, channels)?;
     let size = [layer.size.width(), layer.size.height()];
     if size != table.size() {
         return Err(format!("its image is {size:?}, its axes say {:?}", table.size()));

@@ -1,58 +1,73 @@
-//! Where a bake keeps the tables that are finished, until all are.
+//! Finished tables in a cache beside the outputs, and how they come from there under their names.
 //!
-//! While a bake runs, finished tables wait in the directory [`UNFINISHED`] beside the tables of the last one, which stay as
-//! they are. Each is named by its [`key`] and by the hash of its bytes, so that the next bake knows what it finds, and finds
-//! out what is damaged. When all are there, the manifest is written beside them and everything is renamed into place: no data
-//! move any more, so that a full disk is met before and not in the middle.
+//! The directory [`CACHE`] within that of a bake holds each finished table as a file that is named by the [`key`] of what was
+//! asked for and by the hash of its bytes, so that any bake knows what it finds, and finds out what is damaged. Whatever a table
+//! is called, and whichever material uses it, one that was computed once is not computed again. What is in place under its name
+//! is a hard link to the entry, which takes no room of its own, or a copy where the file system knows no links.
 //!
-//! Killed at any moment, the directory holds whole files only: the old set, or, among the few renames, some of the new set and
-//! no manifest. The pending manifest then tells which are in place, and the next bake finishes the renames.
+//! While a bake runs, the tables of the last one stay as they are. When all are finished, each that is not in place yet is linked
+//! under a temporary name, and the manifest is written beside them: a full disk is met here. Then everything is renamed into
+//! place, the manifest last, and no data move any more. Killed at any moment, the directory holds whole files only: the old set,
+//! or, among the few renames, some of the new set and no manifest. All of them are in the cache by then, and the next bake
+//! begins the renames anew.
 //!
-//! A bake takes over what it finds by key, waiting or in place: an unchanged table is not computed again. Two bakes at once
-//! would take each other's files apart; a lock on the directory, which the system drops with the process, keeps the second out.
+//! Two bakes at once would take each other's files apart; a lock on the directory, which the system drops with the process,
+//! keeps the second out.
 
-use super::manifest::{self, Manifest};
+mod entries;
+#[cfg(test)]
+mod tests;
+
+use super::manifest::{self, Manifest, TableEntry};
 use super::read::{Contents, read_exr};
 use super::write::{PART, create_dir, sync_dir, write_checked_later, write_whole};
-use super::{ExportError, FORMAT, VERSION, sha256_hex};
+use super::{ExportError, FORMAT, VERSION, sha256_hex, shown};
+use crate::printable::printable;
 use crate::regular;
 use crate::table::Table;
-use std::collections::HashMap;
+use entries::{Found, entry_name, link_or_copy, short};
+use std::collections::{HashMap, HashSet};
 use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use thiserror::Error;
 
-/// The directory of finished tables, within the directory of a bake.
-pub const UNFINISHED: &str = ".furnace";
+/// The cache, within the directory of a bake.
+pub const CACHE: &str = ".furnace";
 
-/// Hexadecimal digits of key and hash in the name of a waiting file: 128 bits each.
-const DIGITS: usize = 32;
+/// Most bytes that entries take together which no table of the manifest uses, unless [`Store::with_limit`] says otherwise.
+pub const CACHE_BYTES: u64 = 256 << 20;
 
-/// The key of a table: SHA-256 of the version of program and layout and of its `request`, everything else that it depends on.
+/// The key of a table: SHA-256 of the version of program and layout and of its `request`, everything that it depends on.
 pub fn key(request: &str) -> String {
     sha256_hex(format!("whitefurnace {VERSION}, layout {FORMAT}\n{request}").as_bytes())
 }
 
-/// The directory of a bake, locked.
+/// The directory of a bake and its cache, locked.
 #[derive(Debug)]
 pub struct Store {
     directory: PathBuf,
     /// Directories that did not exist before, deepest first.
     made: Vec<PathBuf>,
-    /// Files by the keys of their tables, as they were found.
-    found: HashMap<String, Found>,
+    /// Files by the keys of their tables, as they were found: those of the cache before those in place.
+    found: HashMap<String, Vec<Found>>,
+    /// Most bytes of entries that are not in use.
+    limit: u64,
+    uses_cache: bool,
     /// Holds the lock for as long as it is open.
     _lock: Option<File>,
-    /// How many tables are finished; locked while files are written.
-    finished: Mutex<usize>,
+    /// Locked while files are written.
+    finished: Mutex<Finished>,
 }
 
-#[derive(Debug, Clone)]
-struct Found {
-    path: PathBuf,
-    /// What the hash of its bytes begins with.
-    hash: String,
+/// How far a bake has come.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Finished {
+    /// Number of tables that are finished, those that were found so among them.
+    pub tables: usize,
+    /// Whether they have their names.
+    pub published: bool,
 }
 
 /// A finished table and the hash of its file.
@@ -66,6 +81,25 @@ pub struct Kept {
     pub sha256: String,
 }
 
+/// What is known of a table before it is computed.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Lookup {
+    /// The table, when it was computed before.
+    pub kept: Option<Kept>,
+    /// Files that should have held it.
+    pub damaged: Vec<Damaged>,
+}
+
+/// A file that is not the table that was written. In the cache it is removed, in place it stays until it is replaced.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{} is damaged: {}", shown(path), printable(reason))]
+pub struct Damaged {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
 impl Store {
     /// Makes the directory where it does not exist, locks it, and looks what it holds.
     ///
@@ -77,109 +111,200 @@ impl Store {
         let made = made.map(Path::to_path_buf).collect();
         create_dir(directory)?;
         let lock = lock(directory)?;
-        let waiting = directory.join(UNFINISHED);
-        if fs::symlink_metadata(&waiting).is_ok_and(|about| about.is_symlink()) {
-            let reason = "it is a symbolic link, and tables have to wait beside those that they replace";
-            return Err(ExportError::io("use", &waiting)(io::Error::other(reason)));
+        let cache = directory.join(CACHE);
+        if fs::symlink_metadata(&cache).is_ok_and(|about| about.is_symlink()) {
+            let reason = "it is a symbolic link, and tables have to be kept beside those that they replace";
+            return Err(ExportError::io("use", &cache)(io::Error::other(reason)));
         }
-        create_dir(&waiting)?;
-        let mut found = HashMap::new();
-        // what waits counts more than what is in place: it is named by what it answers
-        for manifest in [directory.join(manifest::FILE_NAME), waiting.join(manifest::FILE_NAME)] {
-            found.extend(in_place(directory, &manifest));
+        create_dir(&cache)?;
+        entries::sweep(&cache);
+        let mut found: HashMap<String, Vec<Found>> = HashMap::new();
+        let cached = entries::list(&cache).map_err(ExportError::io("read", &cache))?;
+        for (key, file) in cached.into_iter().chain(entries::in_place(directory)) {
+            found.entry(key).or_default().push(file);
         }
-        found.extend(waiting_in(&waiting)?);
         Ok(Self {
             directory: directory.to_path_buf(),
             made,
             found,
+            limit: CACHE_BYTES,
+            uses_cache: true,
             _lock: lock,
-            finished: Mutex::new(0),
+            finished: Mutex::default(),
         })
     }
 
-    fn waiting(&self) -> PathBuf {
-        self.directory.join(UNFINISHED)
+    /// Keeps at most so many bytes of entries that no table of the manifest uses.
+    pub fn with_limit(self, bytes: u64) -> Self {
+        Self { limit: bytes, ..self }
     }
 
-    /// The finished table `id` with this `key`, whole and as it was written; `None` when there is none or it was damaged.
-    pub fn find(&self, key: &str, id: &str) -> Option<Kept> {
-        let found = self.found.get(key.get(..DIGITS)?)?;
-        // nothing waits or stands under a name that is not its own, unless somebody has had a hand in it
-        let is_own = found.path == self.directory.join(file_name(id)) || found.path.starts_with(self.waiting());
-        let file = is_own.then(|| read_exr(&found.path))?.ok()?;
-        match file.contents {
-            Contents::Table { table, .. } if file.sha256.starts_with(&found.hash) && table.id == id => {
-                *self.finished() += 1;
-                Some(Kept {
-                    table: *table,
-                    bytes: file.bytes,
-                    sha256: file.sha256,
-                })
+    /// Finds nothing, and leaves no entries of its own tables once they are published.
+    pub fn without_cache(self) -> Self {
+        let uses_cache = false;
+        Self { uses_cache, ..self }
+    }
+
+    /// Whether a later bake is meant to find what this one finished.
+    pub fn uses_cache(&self) -> bool {
+        self.uses_cache
+    }
+
+    fn cache(&self) -> PathBuf {
+        self.directory.join(CACHE)
+    }
+
+    /// The finished table with this `key`, whole and as it was written, under the name `id`: from the cache, or in place under
+    /// whatever name, from where it comes into the cache. `is_answer` refuses tables that somebody has put under the key of
+    /// another.
+    pub fn find(&self, key: &str, id: &str, is_answer: &dyn Fn(&Table) -> bool) -> Lookup {
+        let mut lookup = Lookup::default();
+        let files = self.found.get(short(key)).filter(|_| self.uses_cache);
+        for file in files.into_iter().flatten() {
+            match self.take(file, key, id, is_answer) {
+                Ok(Some(kept)) => {
+                    self.finished().tables += 1;
+                    lookup.kept = Some(kept);
+                    break;
+                }
+                Ok(None) => {}
+                Err(reason) => {
+                    if file.is_entry {
+                        entries::remove(&file.path);
+                    }
+                    let path = file.path.clone();
+                    lookup.damaged.push(Damaged { path, reason });
+                }
             }
-            _ => None,
         }
+        lookup
     }
 
-    /// Keeps the file `bytes` of the table with this `key`.
+    /// The table in `file`, which is an entry of the cache afterwards; `None` where it is gone, or cannot become one.
+    fn take(
+        &self,
+        file: &Found,
+        key: &str,
+        id: &str,
+        is_answer: &dyn Fn(&Table) -> bool,
+    ) -> Result<Option<Kept>, String> {
+        match fs::symlink_metadata(&file.path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            // a link would lead out of the cache, and be in place what a table should be
+            Ok(about) if file.is_entry && !about.is_file() => return Err("it is no regular file".into()),
+            _ => {}
+        }
+        let read = read_exr(&file.path).map_err(|error| match error {
+            ExportError::Io { source, .. } => source.to_string(),
+            ExportError::Unreadable { reason, .. } => reason,
+            other => other.to_string(),
+        })?;
+        if !read.sha256.starts_with(&file.hash) {
+            return Err("its hash is not the one that was written".into());
+        }
+        let mut table = match read.contents {
+            Contents::Table { table, .. } if is_answer(&table) => *table,
+            _ => return Err("it is another table than it should be".into()),
+        };
+        if !file.is_entry {
+            let (part, entry) = (self.cache().join(format!("found{PART}")), entry_name(key, &read.sha256));
+            let adopted = link_or_copy(&file.path, &part).and_then(|()| fs::rename(&part, self.cache().join(entry)));
+            if adopted.is_err() {
+                return Ok(None);
+            }
+        }
+        table.id = id.into();
+        Ok(Some(Kept {
+            table,
+            bytes: read.bytes,
+            sha256: read.sha256,
+        }))
+    }
+
+    /// Keeps the file `bytes` of the table with this `key`, instead of whatever the cache had for it.
     ///
     /// # Errors
     /// [`ExportError::Io`] with the path; nothing but whole files is left.
     pub fn keep(&self, key: &str, bytes: &[u8]) -> Result<(), ExportError> {
         let mut finished = self.finished();
-        write_checked_later(&self.waiting().join(waiting_name(key, &sha256_hex(bytes))), bytes)?;
-        *finished += 1;
+        let earlier = self.found.get(short(key)).into_iter().flatten();
+        for file in earlier.filter(|file| file.is_entry) {
+            entries::remove(&file.path);
+        }
+        write_checked_later(&self.cache().join(entry_name(key, &sha256_hex(bytes))), bytes)?;
+        finished.tables += 1;
         Ok(())
     }
 
-    /// Puts all tables of `manifest`, each of which is kept or in place, under their names, and the manifest last.
+    /// Puts all tables of `manifest`, each of which is kept, under their names, and the manifest last.
     ///
-    /// Files that are in place already are not touched.
+    /// Files that are in place already are not touched. Then the cache drops what is too much.
     ///
     /// # Errors
     /// [`ExportError::Io`] with the path, and [`ExportError::Vanished`] when somebody has taken a table away. What is kept stays
     /// so.
     pub fn publish(&self, manifest: &Manifest) -> Result<(), ExportError> {
-        let _finished = self.finished();
-        let (waiting, name) = (self.waiting(), manifest::FILE_NAME);
-        let (pending, last) = (waiting.join(name), self.directory.join(name));
-        let json = manifest.to_json()?;
-        let mut renames = Vec::new();
-        for entry in &manifest.tables {
-            let key = manifest.requests.get(&entry.id).map_or("", String::as_str);
-            let from = waiting.join(waiting_name(key, &entry.sha256));
+        let mut finished = self.finished();
+        let placed = self.stage(manifest).and_then(|staged| self.place(manifest, &staged));
+        entries::sweep(&self.cache());
+        placed?;
+        finished.published = true;
+        self.tidy(manifest);
+        Ok(())
+    }
+
+    /// Links the tables that are not in place under temporary names, each with the name that it is to have.
+    fn stage(&self, manifest: &Manifest) -> Result<Vec<(PathBuf, PathBuf)>, ExportError> {
+        let cache = self.cache();
+        let mut staged = Vec::new();
+        for (index, entry) in manifest.tables.iter().enumerate() {
             let to = self.directory.join(&entry.file);
-            if from.exists() {
-                renames.push((from, to));
-            } else if !fs::metadata(&to).is_ok_and(|about| about.is_file() && about.len() == entry.bytes) {
-                return Err(ExportError::Vanished { path: from });
+            if is_in_place(&to, entry) {
+                continue;
             }
+            // found out before the first rename, not in the midst of them
+            if to.is_dir() {
+                return Err(ExportError::io("write", &to)(ErrorKind::IsADirectory.into()));
+            }
+            let from = cache.join(entry_of(manifest, entry));
+            let part = cache.join(format!("{index}{PART}"));
+            // a name that gets another file gets a new time with it, also when that file is an old one
+            entries::touch(&from);
+            link_or_copy(&from, &part).map_err(|source| match source.kind() {
+                ErrorKind::NotFound => ExportError::Vanished { path: from.clone() },
+                _ => ExportError::io("write", &part)(source),
+            })?;
+            // on the disk before they get their names
+            let sync = File::open(&part).and_then(|file| file.sync_all());
+            sync.map_err(ExportError::io("write", &part))?;
+            staged.push((part, to));
         }
-        // on the disk before they get their names
-        for (from, _) in &renames {
-            let sync = File::open(from).and_then(|file| file.sync_all());
-            sync.map_err(ExportError::io("write", from))?;
+        sync_dir(&cache);
+        Ok(staged)
+    }
+
+    /// Renames what is staged, and the manifest last.
+    fn place(&self, manifest: &Manifest, staged: &[(PathBuf, PathBuf)]) -> Result<(), ExportError> {
+        let (cache, last) = (self.cache(), self.directory.join(manifest::FILE_NAME));
+        let [pending, before] = ["manifest", "before"].map(|name| cache.join(format!("{name}{PART}")));
+        if last.is_dir() {
+            return Err(ExportError::io("replace", &last)(ErrorKind::IsADirectory.into()));
         }
-        // found out before the first rename, not in the midst of them
-        if let Some((_, taken)) = renames.iter().find(|(_, to)| to.is_dir()) {
-            let source = ErrorKind::IsADirectory.into();
-            return Err(ExportError::io("write", taken)(source));
-        }
+        let json = manifest.to_json()?;
         let is_new = !holds(&last, json.as_bytes());
         if is_new {
             write_whole(&pending, json.as_bytes())?;
         }
         // from here until the end there is no manifest: one that speaks of other files would be worse
-        let before = regular::open(&last).ok().map(|(file, _)| file);
-        if is_new && last.exists() {
-            fs::remove_file(&last).map_err(ExportError::io("replace", &last))?;
+        let is_away = is_new && !staged.is_empty() && fs::symlink_metadata(&last).is_ok();
+        if is_away {
+            fs::rename(&last, &before).map_err(ExportError::io("replace", &last))?;
         }
-        for (index, (from, to)) in renames.iter().enumerate() {
-            fs::rename(from, to).map_err(|source| {
-                if let (0, Some(mut before)) = (index, before.as_ref()) {
+        for (index, (part, to)) in staged.iter().enumerate() {
+            fs::rename(part, to).map_err(|source| {
+                if is_away && index == 0 {
                     // nothing is replaced yet
-                    let mut json = Vec::new();
-                    drop(before.read_to_end(&mut json).map(|_| write_whole(&last, &json)));
+                    drop(fs::rename(&before, &last));
                 }
                 ExportError::io("write", to)(source)
             })?;
@@ -189,22 +314,48 @@ impl Store {
             fs::rename(&pending, &last).map_err(ExportError::io("write", &last))?;
         }
         sync_dir(&self.directory);
-        clear(&waiting);
         Ok(())
     }
 
-    /// Removes what holds nothing, directories that were made in vain, and tells how many tables are finished. Nothing is
-    /// written while the guard lives.
-    pub fn abandon(&self) -> MutexGuard<'_, usize> {
+    /// Drops entries that are not to stay. All is done by then, and nothing depends on it.
+    fn tidy(&self, manifest: &Manifest) {
+        let cache = self.cache();
+        let mut used: HashSet<String> = HashSet::new();
+        for entry in &manifest.tables {
+            used.insert(entry_of(manifest, entry));
+        }
+        if !self.uses_cache {
+            let keys: HashSet<&str> = manifest.requests.values().map(|key| short(key)).collect();
+            let cached = entries::list(&cache).unwrap_or_default().into_iter();
+            for (_, file) in cached.filter(|(key, _)| keys.contains(key.as_str())) {
+                entries::remove(&file.path);
+            }
+        }
+        // those that were in use until now have been used last
+        for (key, placed) in &self.found {
+            for file in placed.iter().filter(|file| !file.is_entry) {
+                let name = entry_name(key, &file.hash);
+                if !used.contains(&name) {
+                    entries::touch(&cache.join(name));
+                }
+            }
+        }
+        entries::evict(&cache, &used, self.limit);
+        drop(fs::remove_dir(cache));
+    }
+
+    /// Removes what holds nothing, directories that were made in vain, and tells how far the bake has come. Nothing is written
+    /// while the guard lives.
+    pub fn abandon(&self) -> MutexGuard<'_, Finished> {
         let finished = self.finished();
-        for path in std::iter::once(&self.waiting()).chain(&self.made) {
+        for path in std::iter::once(&self.cache()).chain(&self.made) {
             // only what is empty goes
             drop(fs::remove_dir(path));
         }
         finished
     }
 
-    fn finished(&self) -> MutexGuard<'_, usize> {
+    fn finished(&self) -> MutexGuard<'_, Finished> {
         self.finished.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -214,85 +365,32 @@ impl Store {
     }
 }
 
-/// Whether the regular file at `path` holds `bytes` and nothing else.
-fn holds(path: &Path, bytes: &[u8]) -> bool {
-    let same = |(mut file, length): (File, u64)| {
-        let mut found = Vec::new();
-        length == bytes.len() as u64 && file.read_to_end(&mut found).is_ok() && found == bytes
-    };
-    regular::open(path).is_ok_and(same)
-}
-
-/// Removes what waits of bakes that were given up, and the directory unless somebody keeps files of another kind there. All is
-/// done by then, and nothing depends on it.
-fn clear(waiting: &Path) {
-    for entry in fs::read_dir(waiting).into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        if waiting_parts(&name).is_some() || name.ends_with(PART) || name == manifest::FILE_NAME {
-            drop(fs::remove_file(entry.path()));
-        }
-    }
-    drop(fs::remove_dir(waiting));
-}
-
 /// Name of the file of the table `id`.
 pub fn file_name(id: &str) -> String {
     format!("{id}.exr")
 }
 
-/// Key and hash in the name of a waiting file.
-fn waiting_parts(name: &str) -> Option<(&str, &str)> {
-    let parts = name.strip_suffix(".exr")?.split_once('-')?;
-    [parts.0, parts.1]
-        .iter()
-        .all(|part| part.len() == DIGITS && part.bytes().all(|digit| digit.is_ascii_hexdigit()))
-        .then_some(parts)
+/// Name of the entry of a table in `manifest`.
+fn entry_of(manifest: &Manifest, entry: &TableEntry) -> String {
+    let key = manifest.requests.get(&entry.id).map_or("", String::as_str);
+    entry_name(key, &entry.sha256)
 }
 
-/// Name of the waiting file with this key and this hash.
-fn waiting_name(key: &str, sha256: &str) -> String {
-    let part = |text: &str| text.get(..DIGITS).unwrap_or(text).to_owned();
-    format!("{}-{}.exr", part(key), part(sha256))
+/// Whether the file at `path` is the one that `entry` speaks of.
+fn is_in_place(path: &Path, entry: &TableEntry) -> bool {
+    content(path, entry.bytes).is_some_and(|bytes| sha256_hex(&bytes) == entry.sha256)
 }
 
-/// What waits, by key. Parts of files that a killed bake left behind are removed.
-fn waiting_in(waiting: &Path) -> Result<Vec<(String, Found)>, ExportError> {
-    let entries = fs::read_dir(waiting).map_err(ExportError::io("read", waiting))?;
-    let mut found = Vec::new();
-    for entry in entries.flatten() {
-        let path = entry.path();
-        let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
-            continue;
-        };
-        if name.ends_with(PART) {
-            drop(fs::remove_file(&path));
-        } else if let Some((key, hash)) = waiting_parts(name) {
-            let (key, hash) = (key.to_owned(), hash.to_owned());
-            found.push((key, Found { path, hash }));
-        }
-    }
-    Ok(found)
+/// Whether the regular file at `path` holds `bytes` and nothing else.
+fn holds(path: &Path, bytes: &[u8]) -> bool {
+    content(path, bytes.len() as u64).is_some_and(|found| found == bytes)
 }
 
-/// What the manifest at `path` says to be in place, by key; nothing when there is none that can be read.
-fn in_place(directory: &Path, path: &Path) -> Vec<(String, Found)> {
-    let Ok(manifest) = Manifest::read(path) else {
-        return Vec::new();
-    };
-    let known = |entry: manifest::TableEntry| {
-        let key = manifest.requests.get(&entry.id)?.get(..DIGITS)?.to_owned();
-        // a manifest may come from anybody: no way out of the directory
-        let is_inside = Path::new(&entry.file).file_name() == Some(entry.file.as_ref());
-        (is_inside && entry.sha256.len() == 64).then(|| {
-            let found = Found {
-                path: directory.join(&entry.file),
-                hash: entry.sha256,
-            };
-            (key, found)
-        })
-    };
-    manifest.tables.into_iter().filter_map(known).collect()
+/// What the regular file at `path` holds, if it is that long.
+fn content(path: &Path, length: u64) -> Option<Vec<u8>> {
+    let (file, _) = regular::open(path).ok().filter(|(_, found)| *found == length)?;
+    let mut bytes = Vec::new();
+    file.take(length).read_to_end(&mut bytes).ok().map(|_| bytes)
 }
 
 /// Keeps others out for as long as the file is open. Where the system knows no such locks, which some network drives do not,

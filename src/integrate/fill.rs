@@ -2,6 +2,7 @@
 
 use super::between::{between, places};
 use super::coordinates::Coordinates;
+use super::request::subject;
 use super::{Effort, Estimate, Estimator, IntegrateError, Integrator};
 use crate::bxdf::{Model, ModelError};
 use crate::plan::TablePlan;
@@ -114,7 +115,6 @@ pub fn texels(plan: &TablePlan, axes: &[Axis], progress: Progress<'_>) -> Result
             .map(|estimate| estimate.kind)
             .max()
             .unwrap_or(ErrorKind::Exact),
-        materials: plan.materials.clone(),
         parameters: plan.model.describe(),
         estimator: estimator.name().into(),
         tolerance: plan.effort.tolerance,
@@ -135,7 +135,7 @@ pub(super) fn integrals(
     effort: Effort,
     progress: Progress<'_>,
 ) -> Result<(Vec<Estimate>, u64), FillError> {
-    let first_cell = stable_hash(&plan.id);
+    let first_cell = stable_hash(&subject(plan));
     let failed = |place: &[f64]| {
         let at = describe(axes, place);
         move |source| FillError::Integral {
@@ -201,7 +201,7 @@ fn describe(axes: &[Axis], place: &[f64]) -> String {
     values.join(", ")
 }
 
-/// A number that names the streams of a table: FNV-1a of its id, the same in every version.
+/// A number that names the streams of a table by what is integrated: FNV-1a, the same in every version.
 pub(super) fn stable_hash(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)

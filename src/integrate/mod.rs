@@ -36,7 +36,7 @@ pub use coupled::coupled_bxdf;
 pub use fill::{FillError, Progress, fill, texels, work};
 pub use forecast::{Forecast, Forecasts, forecast, forecasts};
 pub use integrator::Integrator;
-pub use request::request;
+pub use request::{answers, request};
 pub use sampled::sampled;
 pub use target::{Angles, Target};
 pub use whole::{WholeExcess, whole_excess};

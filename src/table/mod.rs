@@ -83,7 +83,7 @@ pub struct Goal {
 /// along the height; row 0 comes first. A table without axes has one texel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// Stem of the file name, see [`names`].
+    /// The name that it goes by: the stem of its file, see [`names`]. Nothing in the file depends on it.
     pub id: String,
     /// The integral.
     pub quantity: Quantity,
@@ -99,8 +99,6 @@ pub struct Table {
     pub errors: Vec<DVec3>,
     /// What `errors` mean.
     pub error_kind: ErrorKind,
-    /// Materials that use the table, as the scene names them.
-    pub materials: Vec<String>,
     /// Names and values of the parameters that are constant over the table.
     pub parameters: Vec<(String, String)>,
     /// Name of the estimator that computed it.

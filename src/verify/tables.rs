@@ -53,7 +53,11 @@ pub fn verify_tables(
         azimuth_resolution: 2,
         tolerance: None,
         samples: None,
-        economy: Economy::FULL,
+        economy: if manifest.all_effects {
+            Economy::NONE
+        } else {
+            Economy::FULL
+        },
         seed: settings.seed,
     };
     // two texels are legal along every axis
@@ -128,13 +132,23 @@ fn verify_entry(entry: &TableEntry, plan: &TablePlan, directory: &Path, settings
         differences.push(format!("{} has no attributes of this program", entry.file));
         return vec![contents(&entry.id, differences)];
     };
-    let stated = TableEntry::new(&table, entry.file.clone(), entry.bytes, entry.sha256.clone());
+    let stated = TableEntry::new(
+        &table,
+        entry.file.clone(),
+        entry.bytes,
+        entry.sha256.clone(),
+        &entry.materials,
+    );
     if stated != *entry {
         differences.push(format!("{} and the manifest state different facts", entry.file));
     }
     let others = against_plan(&table, plan);
     let comparable = others.is_empty();
     differences.extend(others);
+    if entry.materials != plan.materials {
+        let [found, wanted] = [&entry.materials, &plan.materials].map(|names| names.join(", "));
+        differences.push(format!("its materials are {found}, the scene says {wanted}"));
+    }
     let check = contents(&entry.id, differences);
     let subject = check.subject.clone();
     let mut checks = vec![check];

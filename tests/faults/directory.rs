@@ -1,5 +1,6 @@
 //! A directory of tables, before, during and after a bake, and how a bake is started.
 
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use std::time::{Duration, Instant};
 use whitefurnace::export::manifest::Manifest;
 use whitefurnace::export::read::read_exr;
 use whitefurnace::export::sha256_hex;
-use whitefurnace::export::store::UNFINISHED;
+use whitefurnace::export::store::CACHE;
 
 /// Names and contents of files.
 pub(crate) type Files = BTreeMap<String, Vec<u8>>;
@@ -39,9 +40,10 @@ pub(crate) fn long_scene(directory: &Path, lobes: i32) -> PathBuf {
     scene(directory, "s.toml", &kappas)
 }
 
-/// A scene file of so many materials called `m0`, `m1`, ... whose tables take no time.
+/// A scene file of so many materials called `m0`, `m1`, ... whose tables take no time and are all different.
 pub(crate) fn closed_forms(directory: &Path, name: &str, count: usize, reflectance: f64) -> PathBuf {
     let material = |i: usize| {
+        let reflectance = reflectance + i as f64 / 4096.0;
         let bxdf = format!("{{ type = \"lambertian\", reflectance = {reflectance} }}");
         format!("[[material]]\nname = \"m{i}\"\nbxdf = {bxdf}\n")
     };
@@ -82,14 +84,21 @@ pub(crate) fn refused(mut command: Command) -> String {
     text
 }
 
-/// Files under their final names.
+/// Files under their final names. Of manifests without what they say to be reused: that depends on what was there before.
 pub(crate) fn files(directory: &Path) -> Files {
     let Ok(entries) = fs::read_dir(directory) else {
         return Files::new();
     };
     let paths = entries.map(|entry| entry.unwrap().path()).filter(|path| path.is_file());
     let name = |path: &Path| path.file_name().unwrap().to_str().unwrap().to_owned();
-    paths.map(|path| (name(&path), fs::read(&path).unwrap())).collect()
+    let content = |path: &Path| match Manifest::read(path) {
+        Ok(manifest) => {
+            let reused = Vec::new();
+            Manifest { reused, ..manifest }.to_json().unwrap().into_bytes()
+        }
+        Err(_) => fs::read(path).unwrap(),
+    };
+    paths.map(|path| (name(&path), content(&path))).collect()
 }
 
 /// Everything in the directory, hidden files too, by name.
@@ -127,16 +136,35 @@ pub(crate) fn assert_whole(directory: &Path, allowed: &[&Files], what: &str) {
     }
 }
 
-/// Whether the directory holds exactly `files` and nothing hidden.
+/// Whether the directory holds exactly `expected`, and a cache with an entry for each table and nothing but entries.
 pub(crate) fn assert_finished(directory: &Path, expected: &Files, what: &str) {
     let found = files(directory);
-    assert_eq!(names(directory), expected.keys().cloned().collect::<Vec<_>>(), "{what}");
+    let mut all: Vec<String> = expected.keys().cloned().collect();
+    all.insert(0, CACHE.into());
+    assert_eq!(names(directory), all, "{what}");
     assert!(found == *expected, "{what}: other bytes than those of a bake in one go");
+    let cache = directory.join(CACHE);
+    for name in names(&cache) {
+        let hash = name[33..].strip_suffix(".exr").unwrap();
+        let bytes = fs::read(cache.join(&name)).unwrap();
+        assert!(sha256_hex(&bytes).starts_with(hash), "{what}: entry {name} is damaged");
+    }
+    let manifest = Manifest::read(&directory.join("manifest.json")).unwrap();
+    for entry in &manifest.tables {
+        let name = entry_name(&manifest, &entry.id);
+        assert!(cache.join(&name).exists(), "{what}: no entry {name} for {}", entry.id);
+    }
 }
 
-/// Names of the tables that are kept until all are finished.
-pub(crate) fn waiting(out: &Path) -> Vec<String> {
-    let entries = fs::read_dir(out.join(UNFINISHED)).into_iter().flatten().flatten();
+/// Name of the entry of the table `id` of a manifest.
+pub(crate) fn entry_name(manifest: &Manifest, id: &str) -> String {
+    let table = manifest.tables.iter().find(|entry| entry.id == id).unwrap();
+    format!("{}-{}.exr", &manifest.requests[id][..32], &table.sha256[..32])
+}
+
+/// Names of the entries of the cache.
+pub(crate) fn cached(out: &Path) -> Vec<String> {
+    let entries = fs::read_dir(out.join(CACHE)).into_iter().flatten().flatten();
     let names = entries.map(|entry| entry.file_name().into_string().unwrap());
     names.filter(|name| name.ends_with(".exr")).collect()
 }
@@ -145,7 +173,7 @@ pub(crate) fn waiting(out: &Path) -> Vec<String> {
 pub(crate) fn begun(mut command: Command, out: &Path) -> Child {
     let mut child = command.spawn().unwrap();
     let start = Instant::now();
-    while waiting(out).len() < 3 {
+    while cached(out).len() < 3 {
         if let Some(status) = child.try_wait().unwrap() {
             panic!("the bake ended with {status} before anything was kept");
         }
@@ -153,4 +181,15 @@ pub(crate) fn begun(mut command: Command, out: &Path) -> Child {
         std::thread::sleep(Duration::from_millis(1));
     }
     child
+}
+
+/// Bakes, and returns the ids of the tables that were taken over.
+pub(crate) fn taken_over(scene: &Path, out: &Path, arguments: &[&str]) -> Vec<String> {
+    let mut command = bake(scene, out);
+    command.arg("--json").args(arguments);
+    let output = good(command);
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let ids = value["found_finished"].as_array().unwrap();
+    assert_eq!(value["manifest"]["reused"], value["found_finished"]);
+    ids.iter().map(|id| id.as_str().unwrap().to_owned()).collect()
 }

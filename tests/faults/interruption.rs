@@ -1,15 +1,15 @@
 //! Killed at any moment, a bake leaves whole files only, and the next one goes on and ends with the same bytes.
 
 use super::directory::{
-    Files, assert_finished, assert_whole, bake, begun, closed_forms, errors, files, good, long_scene, quick_directory,
-    refused, scene, waiting,
+    Files, assert_finished, assert_whole, bake, begun, cached, closed_forms, entry_name, errors, files, good,
+    long_scene, quick_directory, refused, scene,
 };
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 use whitefurnace::export::manifest::Manifest;
-use whitefurnace::export::store::UNFINISHED;
+use whitefurnace::export::store::CACHE;
 use whitefurnace::numerics::stream::{Stream, StreamId};
 
 /// How many bakes are killed in each test; `FURNACE_KILLS` sets more for a long run.
@@ -72,7 +72,8 @@ fn killed_bakes_leave_whole_files_and_end_with_the_same_bytes() {
                 break;
             }
             killed += 1;
-            resumed += u64::from(!waiting(&out).is_empty());
+            // beyond the four tables that both bakes have
+            resumed += u64::from(cached(&out).len() > 4);
         }
         assert_finished(&out, &after, &format!("round {rounds}"));
     }
@@ -91,21 +92,21 @@ fn bakes_killed_while_files_take_their_names_leave_whole_files() {
     let (before, _) = reference(&scene, &path("before"));
     closed_forms(directory.path(), "s.toml", COUNT, 0.75);
     let (after, _) = reference(&scene, &path("after"));
-    // all tables of the new bake wait: a directory in the place of one of them is in the way of the renames
-    let (out, waiting_files) = (path("out"), path("waiting"));
+    // all tables of the new bake are kept: a directory in the place of one of them is in the way of the renames
+    let (out, kept_files) = (path("out"), path("kept"));
     fs::create_dir_all(out.join("m7.rho_hd.exr")).unwrap();
     let message = refused(bake(&scene, &out));
     assert!(message.contains("m7.rho_hd.exr"), "{message}");
-    assert_eq!(waiting(&out).len(), 2 * COUNT);
-    fs::rename(out.join(UNFINISHED), &waiting_files).unwrap();
+    assert_eq!(cached(&out).len(), 2 * COUNT);
+    fs::rename(out.join(CACHE), &kept_files).unwrap();
     let prepare = || {
         drop(fs::remove_dir_all(&out));
-        fs::create_dir_all(out.join(UNFINISHED)).unwrap();
+        fs::create_dir_all(out.join(CACHE)).unwrap();
         let write = |(name, bytes): (&String, &Vec<u8>)| fs::write(out.join(name), bytes).unwrap();
         before.iter().for_each(write);
-        for entry in fs::read_dir(&waiting_files).unwrap() {
+        for entry in fs::read_dir(&kept_files).unwrap() {
             let from = entry.unwrap().path();
-            fs::copy(&from, out.join(UNFINISHED).join(from.file_name().unwrap())).unwrap();
+            fs::copy(&from, out.join(CACHE).join(from.file_name().unwrap())).unwrap();
         }
     };
     prepare();
@@ -132,7 +133,7 @@ fn bakes_killed_while_files_take_their_names_leave_whole_files() {
     );
 }
 
-/// Every state between the first rename and the last, set up by hand: the next bake computes nothing and finishes the renames.
+/// Every state between the first rename and the last, set up by hand: the next bake computes nothing and does all renames.
 #[test]
 fn a_bake_goes_on_from_every_rename() {
     let directory = quick_directory();
@@ -142,15 +143,16 @@ fn a_bake_goes_on_from_every_rename() {
     let manifest = Manifest::from_json(std::str::from_utf8(&after["manifest.json"]).unwrap()).unwrap();
     for renamed in 0..=manifest.tables.len() {
         let out = path(&format!("out{renamed}"));
-        fs::create_dir_all(out.join(UNFINISHED)).unwrap();
-        fs::write(out.join(UNFINISHED).join("manifest.json"), &after["manifest.json"]).unwrap();
+        fs::create_dir_all(out.join(CACHE)).unwrap();
+        fs::write(out.join(CACHE).join("manifest.part"), &after["manifest.json"]).unwrap();
         for (index, entry) in manifest.tables.iter().enumerate() {
-            let waiting = format!("{}-{}.exr", &manifest.requests[&entry.id][..32], &entry.sha256[..32]);
-            let to = match index < renamed {
+            let kept = out.join(CACHE).join(entry_name(&manifest, &entry.id));
+            fs::write(&kept, &after[&entry.file]).unwrap();
+            let linked = match index < renamed {
                 true => out.join(&entry.file),
-                false => out.join(UNFINISHED).join(waiting),
+                false => out.join(CACHE).join(format!("{index}.part")),
             };
-            fs::write(to, &after[&entry.file]).unwrap();
+            fs::hard_link(kept, linked).unwrap();
         }
         let report = good(bake(&scene, &out));
         let report = String::from_utf8_lossy(&report.stdout).into_owned();
@@ -188,7 +190,7 @@ fn an_interrupt_says_what_is_kept() {
     };
     assert!(message.contains(out.to_str().unwrap()), "{message}");
     // what it says is what there is
-    let kept = waiting(&out).len();
+    let kept = cached(&out).len();
     assert_eq!(said.parse(), Ok(kept), "{message}");
     let report = good(bake(&scene, &out));
     let report = String::from_utf8_lossy(&report.stdout).into_owned();
@@ -233,7 +235,7 @@ fn an_early_interrupt_leaves_nothing() {
     command.args(["--azimuth-resolution", "4096"]);
     let child = command.spawn().unwrap();
     let start = Instant::now();
-    while !out.join(UNFINISHED).exists() {
+    while !out.join(CACHE).exists() {
         assert!(start.elapsed() < Duration::from_secs(60));
         std::thread::sleep(Duration::from_millis(1));
     }

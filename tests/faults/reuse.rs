@@ -1,20 +1,11 @@
-//! What a bake takes over from the one before: what is the same and whole, and nothing else.
+//! What a bake takes over from those before: what is the same and whole, and nothing else.
 
-use super::directory::{Files, assert_finished, assert_whole, bake, begun, files, good, long_scene, refused, scene};
+use super::directory::{
+    Files, assert_finished, assert_whole, bake, begun, files, good, long_scene, refused, scene, taken_over,
+};
 use serde_json::Value;
 use std::fs;
-use std::path::Path;
-use whitefurnace::export::store::UNFINISHED;
-
-/// Bakes, and returns the ids of the tables that were taken over.
-fn taken_over(scene: &Path, out: &Path, arguments: &[&str]) -> Vec<String> {
-    let mut command = bake(scene, out);
-    command.arg("--json").args(arguments);
-    let output = good(command);
-    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let ids = value["found_finished"].as_array().unwrap();
-    ids.iter().map(|id| id.as_str().unwrap().to_owned()).collect()
-}
+use whitefurnace::export::store::CACHE;
 
 #[test]
 fn only_what_changed_is_computed_again() {
@@ -24,10 +15,21 @@ fn only_what_changed_is_computed_again() {
     assert_eq!(taken_over(&path, &out, &[]), [""; 0]);
     let first = files(&out);
     let stamp = |name: &str| fs::metadata(out.join(name)).unwrap().modified().unwrap();
-    let before: Vec<_> = first.keys().map(|name| stamp(name)).collect();
-    // the same again: every table is taken over, and no file is touched
+    let stamps = || -> Vec<_> { first.keys().map(|name| stamp(name)).collect() };
+    let before = stamps();
+    // the same again: every table is taken over, and no file is touched but the manifest, which says so
     assert_eq!(taken_over(&path, &out, &[]).len(), 6);
-    assert_eq!(before, first.keys().map(|name| stamp(name)).collect::<Vec<_>>());
+    let again = stamps();
+    let touched = |a: &[_], b: &[_]| -> Vec<String> {
+        let names = first.keys().zip(a.iter().zip(b));
+        names
+            .filter(|(_, (a, b))| a != b)
+            .map(|(name, _)| name.clone())
+            .collect()
+    };
+    assert_eq!(touched(&before, &again), ["manifest.json"]);
+    assert_eq!(taken_over(&path, &out, &[]).len(), 6);
+    assert_eq!(touched(&again, &stamps()), [""; 0]);
     assert_finished(&out, &first, "again");
     // another resolution: the tables of one texel have none
     let means = ["k1.rho_hh", "k17.rho_hh", "k300.rho_hh"];
@@ -37,6 +39,11 @@ fn only_what_changed_is_computed_again() {
     assert_eq!(taken_over(&path, &out, &finer).len(), 6);
     let chosen = files(&out);
     assert_ne!(chosen, first);
+    // and back
+    assert_eq!(taken_over(&path, &out, &[]).len(), 6);
+    assert_finished(&out, &first, "back");
+    assert_eq!(taken_over(&path, &out, &finer).len(), 6);
+    assert_finished(&out, &chosen, "there again");
     // another material in the place of one
     let path = scene(directory.path(), "s.toml", &[1.0, 18.0, 300.0]);
     assert_eq!(
@@ -44,7 +51,9 @@ fn only_what_changed_is_computed_again() {
         ["k1.rho_hd", "k1.rho_hh", "k300.rho_hd", "k300.rho_hh"]
     );
     // everything by request, with the same bytes
+    let other = files(&out);
     assert_eq!(taken_over(&path, &out, &["--tolerance", "1e-3", "--no-cache"]), [""; 0]);
+    assert_eq!(files(&out), other);
     // a seed is stated in every file, and so is a part of every table
     assert_eq!(
         taken_over(&path, &out, &["--tolerance", "1e-3", "--seed", "1"]),
@@ -53,7 +62,7 @@ fn only_what_changed_is_computed_again() {
     assert!(means.iter().all(|mean| out.join(format!("{mean}.exr")).exists()));
 }
 
-/// One flipped bit, wherever it is, is found out, and the table computed again.
+/// One flipped bit, wherever it is, is found out, and the table computed again. The file in place and its entry are one.
 #[test]
 fn damaged_tables_are_not_taken_over() {
     let directory = tempfile::tempdir().unwrap();
@@ -70,12 +79,15 @@ fn damaged_tables_are_not_taken_over() {
         assert_eq!(taken_over(&path, &out, &[]), ["k17.rho_hh"], "byte {place}");
         assert_finished(&out, &first, &format!("byte {place}"));
     }
+    let forget = || fs::remove_dir_all(out.join(CACHE)).unwrap();
     // cut short, gone, or replaced by another table
     for bytes in [&first[name][..length / 2], &[], &first["k17.rho_hh.exr"]] {
+        forget();
         fs::write(out.join(name), bytes).unwrap();
         assert_eq!(taken_over(&path, &out, &[]), ["k17.rho_hh"]);
         assert_finished(&out, &first, "replaced");
     }
+    forget();
     fs::remove_file(out.join(name)).unwrap();
     assert_eq!(taken_over(&path, &out, &[]), ["k17.rho_hh"]);
     // a manifest that somebody has edited does not make one table pass for another
@@ -85,20 +97,25 @@ fn damaged_tables_are_not_taken_over() {
     let [one, other] = ["k17.rho_hd", "k17.rho_hh"].map(|id| keys[id].clone());
     keys.insert("k17.rho_hd".into(), other);
     keys.insert("k17.rho_hh".into(), one);
+    forget();
     fs::write(out.join("manifest.json"), forged.to_string()).unwrap();
     assert_eq!(taken_over(&path, &out, &[]), [""; 0]);
     assert_finished(&out, &first, "forged");
-    // a manifest that is damaged vouches for nothing
+    // a manifest that is damaged vouches for nothing, and the cache needs none
     for json in ["", "{", "[]", "{\"format\": 1}"] {
+        fs::write(out.join("manifest.json"), json).unwrap();
+        assert_eq!(taken_over(&path, &out, &[]).len(), 2, "{json}");
+        assert_finished(&out, &first, json);
+        forget();
         fs::write(out.join("manifest.json"), json).unwrap();
         assert_eq!(taken_over(&path, &out, &[]), [""; 0], "{json}");
         assert_finished(&out, &first, json);
     }
 }
 
-/// What waits is checked like what is in place, and parts of files are swept away.
+/// What was kept is checked like what is in place, and parts of files are swept away.
 #[test]
-fn damaged_files_that_wait_are_not_taken_over() {
+fn damaged_files_that_were_kept_are_not_taken_over() {
     let directory = tempfile::tempdir().unwrap();
     let path = long_scene(directory.path(), 40);
     let (out, fresh) = (directory.path().join("out"), directory.path().join("fresh"));
@@ -106,18 +123,21 @@ fn damaged_files_that_wait_are_not_taken_over() {
     let mut child = begun(bake(&path, &out), &out);
     child.kill().unwrap();
     child.wait().unwrap();
-    let waiting = out.join(UNFINISHED);
-    let mut kept = files(&waiting);
+    let cache = out.join(CACHE);
+    let mut kept = files(&cache);
     kept.retain(|name, _| name.ends_with(".exr"));
     let (damaged, bytes) = kept.first_key_value().unwrap();
     let mut bytes = bytes.clone();
     *bytes.last_mut().unwrap() ^= 1;
-    fs::write(waiting.join(damaged), bytes).unwrap();
-    fs::write(waiting.join(".furnace-abc.part"), b"half").unwrap();
+    fs::write(cache.join(damaged), bytes).unwrap();
+    fs::write(cache.join(".furnace-abc.part"), b"half").unwrap();
+    // what nobody asks for is not looked at
     let digits = "0".repeat(32);
-    fs::write(waiting.join(format!("{digits}-{digits}.exr")), b"no table").unwrap();
+    let stray = cache.join(format!("{digits}-{digits}.exr"));
+    fs::write(&stray, b"no table").unwrap();
     assert_eq!(taken_over(&path, &out, &[]).len(), kept.len() - 1);
-    assert_finished(&out, &files(&fresh), "damaged while waiting");
+    fs::remove_file(stray).unwrap();
+    assert_finished(&out, &files(&fresh), "damaged while kept");
 }
 
 /// Two bakes into one directory would take each other's files apart.

@@ -140,7 +140,7 @@ pub(crate) const JSON_WORDS: [&str; 20] = [
     "\"tables\":",
     "\"file\": \"../x\"",
     "\"parameters\": {\"a\": []}",
-    "\"format\": 2",
+    "\"format\": 3",
     "\"size\": [18446744073709551615, 1]",
     "\"between\": null",
     "\"error\": null",
@@ -195,7 +195,6 @@ fn tables() -> [Table; 3] {
             values: (0..texels).map(|i| grey(1.0 / (1.0 + i as f64))).collect(),
             errors: (0..texels).map(|i| grey(1e-9 * i as f64)).collect(),
             error_kind: ErrorKind::Bound,
-            materials: vec!["Größe".into(), "\u{202e}b\u{1b}".into()],
             parameters: vec![("eta".into(), "1.5".into())],
             estimator: "quadrature".into(),
             tolerance: 1e-6,
@@ -273,6 +272,7 @@ pub(crate) fn manifests() -> Vec<Vec<u8>> {
             format!("{}.exr", table.id),
             bytes.len() as u64,
             sha256_hex(&bytes),
+            &["Größe".into(), "\u{202e}b\u{1b}".into()],
         )
     };
     let requests = BTreeMap::from([("lobe.0".into(), "0123".into())]);

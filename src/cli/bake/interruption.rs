@@ -4,7 +4,7 @@ use crate::cli::format;
 use std::io::{IsTerminal, stderr};
 use std::process::exit;
 use std::sync::Arc;
-use whitefurnace::export::store::{Store, UNFINISHED};
+use whitefurnace::export::store::Store;
 
 /// What shells expect of a program that SIGINT ended.
 const INTERRUPTED: i32 = 130;
@@ -22,12 +22,16 @@ pub(super) fn tell_what_is_kept(store: &Arc<Store>, tables: usize) {
             // below the bar
             format::complain("");
         }
-        if !store.directory().join(UNFINISHED).exists() && *finished == tables {
+        let command = match store.uses_cache() {
+            true => "the same command",
+            false => "the same command without --no-cache",
+        };
+        if finished.published {
             format::complain(format!("interrupted: all {tables} tables are in {directory}"));
-        } else if *finished > 0 {
+        } else if finished.tables > 0 {
             format::complain(format!(
-                "interrupted: {finished} of {tables} tables are finished and kept in {directory}; the same command goes \
-                 on from there"
+                "interrupted: {} of {tables} tables are finished and kept in {directory}; {command} goes on from there",
+                finished.tables
             ));
         } else {
             format::complain("interrupted: no table was finished, nothing is kept");

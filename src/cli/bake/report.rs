@@ -2,6 +2,7 @@
 
 use super::{Baked, place};
 use crate::cli::format;
+use crate::cli::plan::text;
 use std::fs;
 use std::path::Path;
 use whitefurnace::export::manifest;
@@ -25,7 +26,13 @@ const HEADER: [&str; 8] = [
 const RIGHT: [&str; 4] = ["texels", "evaluations", "texel error", "lookup error"];
 
 /// Prints what was baked, what is wrong with it, and what to do next.
-pub(super) fn report(directory: &Path, plan: &Plan, baked: &[Baked], wish: Option<Wish>, seconds: f64) {
+pub(super) fn report(
+    directory: &Path,
+    plan: &Plan,
+    baked: &[Baked],
+    (wish, findings): (Option<Wish>, &[String]),
+    seconds: f64,
+) {
     let found = baked.iter().filter(|baked| baked.found).count();
     format::say(format!(
         "{}: {} tables in {}{}\n\n",
@@ -38,7 +45,19 @@ pub(super) fn report(directory: &Path, plan: &Plan, baked: &[Baked], wish: Optio
         }
     ));
     let rows = baked.iter().map(|baked| baked.row.clone()).collect();
-    format::say(format::table(&HEADER, &RIGHT, rows).to_string());
+    if baked.is_empty() {
+        format::say(text::nothing(plan));
+    } else {
+        format::say(format::table(&HEADER, &RIGHT, rows).to_string());
+    }
+    for material in &plan.materials {
+        for gap in &material.gaps {
+            format::say(format!("\nnot covered: {}: {}: {}", material.name, gap.what, gap.why));
+        }
+    }
+    for finding in findings {
+        format::say(format!("\nfinding: {finding}"));
+    }
     for excess in baked.iter().filter_map(|baked| baked.excess.as_ref()) {
         format::say(format!("\nfinding: {excess}: this model does not conserve energy"));
     }

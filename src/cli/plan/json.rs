@@ -1,11 +1,10 @@
 //! A plan for programs.
 
 use super::{Costs, Other};
+use crate::cli::lobes;
 use serde_json::{Map, Value, json};
 use whitefurnace::integrate::{Forecast, Forecasts};
-use whitefurnace::plan::{MaterialPlan, Plan, Source, TablePlan, Term};
-use whitefurnace::scene::ModelSpec;
-use whitefurnace::spectrum::Spectrum;
+use whitefurnace::plan::{MaterialPlan, Plan, TablePlan};
 use whitefurnace::table::axis::Axis;
 
 /// The plan, its costs, and what it saves.
@@ -80,41 +79,8 @@ fn material(material: &MaterialPlan) -> Value {
         "called_for_by": because,
         "not_covered": gaps.iter().map(|gap| gap.what.as_str()).collect::<Vec<_>>(),
         "not_covered_because": reasons,
-        "lobes": material.terms.iter().map(lobe).collect::<Vec<_>>(),
+        "lobes": lobes::entries(material),
     })
-}
-
-fn lobe(term: &Term) -> Value {
-    let source = |source: &Source| match source {
-        Source::Table { id, r0: None } => json!({ "table": id }),
-        Source::Table { id, r0: Some(r0) } => json!({ "table": id, "r0": spectrum(*r0) }),
-        Source::ClosedForm(formula) => json!({ "closed_form": formula }),
-    };
-    let base = term.base.map(|base| {
-        json!({
-            "ks": spectrum(base.ks),
-            "kd": spectrum(base.kd),
-            "coupling": base.coupling.name(),
-            "scale": spectrum(base.outer),
-        })
-    });
-    json!({
-        "side": term.lobe.name(),
-        "model": parameters(&term.model),
-        "scale": spectrum(term.scale),
-        "rho_hd": source(&term.albedo),
-        "rho_hh": term.mean.as_ref().map(source),
-        "diffuse_base": base,
-    })
-}
-
-fn parameters(model: &ModelSpec) -> Map<String, Value> {
-    let facts = model.describe().into_iter();
-    facts.map(|(key, value)| (key, Value::String(value))).collect()
-}
-
-fn spectrum(spectrum: Spectrum) -> Vec<f64> {
-    spectrum.channels().of(spectrum.value())
 }
 
 fn table(table: &TablePlan, cost: &Forecast) -> Value {

@@ -20,12 +20,6 @@ pub(super) fn materials(plan: &Plan, tolerance: Option<f64>) {
         counted(plan.tables.len(), "table"),
         counted(plan.materials.len(), "material"),
     ));
-    for warning in &plan.warnings {
-        format::say(format!("warning: {warning}"));
-    }
-    if !plan.warnings.is_empty() {
-        format::say("\n");
-    }
     let header = ["material", "effect", "called for by"];
     let rows: Vec<Vec<String>> = alike(&plan.materials)
         .into_iter()
@@ -252,6 +246,11 @@ pub(super) fn tables(plan: &Plan, costs: &Costs) {
 
 /// Why there is nothing to compute.
 fn no_tables(plan: &Plan) {
+    format::say(format!("\n{}", nothing(plan)));
+}
+
+/// Why `plan` has no tables, and the formulae that its materials have instead.
+pub(in crate::cli) fn nothing(plan: &Plan) -> String {
     let terms = || plan.materials.iter().flat_map(|material| &material.terms);
     let why = if plan.materials.is_empty() {
         "no material is in use"
@@ -260,7 +259,7 @@ fn no_tables(plan: &Plan) {
     } else {
         "every albedo is a closed form"
     };
-    format::say(format!("\nNothing to compute: {why}."));
+    let mut text = format!("Nothing to compute: {why}.");
     let mut formulae: Vec<&str> = terms()
         .filter_map(|term| match &term.albedo {
             Source::ClosedForm(formula) => Some(*formula),
@@ -270,8 +269,9 @@ fn no_tables(plan: &Plan) {
     formulae.sort_unstable();
     formulae.dedup();
     for formula in formulae {
-        format::say(format!("  {formula}"));
+        text = format!("{text}\n  {formula}");
     }
+    text
 }
 
 /// What the plan costs, and what the other one would.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::export::FORMAT;
 use crate::export::exr::to_bytes;
 use crate::export::write::write_whole;
 use crate::table::samples::{grey_2d, rgb_1d, scalar};
@@ -7,6 +8,11 @@ use ::exr::math::Vec2;
 use ::exr::meta::attribute::LineOrder;
 use ::exr::meta::header::LayerAttributes;
 use ::exr::prelude::{Compression, WritableImage, f16};
+
+/// What a file called `some.exr` holds.
+fn decode(bytes: &[u8]) -> Result<Contents, String> {
+    super::decode("some", bytes)
+}
 
 /// Writes `bytes` where `read_exr` finds them.
 fn read_bytes(bytes: &[u8]) -> Result<TableFile, ExportError> {
@@ -49,7 +55,10 @@ fn foreign_file(compression: Compression, blocks: Blocks) -> Vec<u8> {
 fn our_tables_come_back_bit_by_bit() {
     for table in [grey_2d(), rgb_1d(), scalar()] {
         let bytes = to_bytes(&table).unwrap();
-        let file = read_bytes(&bytes).unwrap();
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join(format!("{}.exr", table.id));
+        write_whole(&path, &bytes).unwrap();
+        let file = read_exr(&path).unwrap();
         assert_eq!((file.bytes, file.sha256), (bytes.len() as u64, sha256_hex(&bytes)));
         let Contents::Table { table: again, version } = file.contents else {
             panic!("{} is taken for foreign", table.id)
@@ -66,6 +75,27 @@ fn our_tables_come_back_bit_by_bit() {
         };
         assert_eq!(facts, table);
         assert_eq!(to_bytes(&again).unwrap(), bytes);
+    }
+}
+
+#[test]
+fn tables_go_by_the_names_of_their_files() {
+    let table = grey_2d();
+    let other = Table {
+        id: "Größe".into(),
+        ..table.clone()
+    };
+    let bytes = to_bytes(&table).unwrap();
+    assert_eq!(to_bytes(&other).unwrap(), bytes);
+    for (path, id) in [
+        ("a/k17.specular.rho_hd.exr", "k17.specular.rho_hd"),
+        ("Größe", "Größe"),
+        ("..", ""),
+    ] {
+        match parse_exr(Path::new(path), &bytes).unwrap().contents {
+            Contents::Table { table, .. } => assert_eq!(table.id, id),
+            Contents::Foreign(_) => panic!("{path} is taken for foreign"),
+        }
     }
 }
 
@@ -205,10 +235,12 @@ fn contradictions_and_unknown_facts_are_named() {
         let error = decode(&edited(&bytes, from.as_bytes(), to.as_bytes())).unwrap_err();
         assert!(error.contains(reason), "{error}");
     }
-    let mark = b"whitefurnaceFormat\0int\0\x04\0\0\0\x01";
-    let newer = b"whitefurnaceFormat\0int\0\x04\0\0\0\x02";
-    let error = decode(&edited(&bytes, mark, newer)).unwrap_err();
-    assert!(error.contains("where this version reads 1"), "{error}");
+    let mark = |format: i32| [b"whitefurnaceFormat\0int\0\x04\0\0\0".as_slice(), &format.to_le_bytes()].concat();
+    for other in [FORMAT - 1, FORMAT + 1] {
+        let error = decode(&edited(&bytes, &mark(FORMAT), &mark(other))).unwrap_err();
+        let reason = format!("is {other}, where this version reads {FORMAT}");
+        assert!(error.contains(&reason), "{error}");
+    }
 }
 
 #[test]
