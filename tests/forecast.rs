@@ -1,0 +1,124 @@
+//! What a plan says that tables take, against what they take, by the clock of one thread: others at work on the machine make no
+//! difference to it.
+
+use cpu_time::ThreadTime;
+use rayon::ThreadPoolBuilder;
+use whitefurnace::integrate::choice::{Chooser, Wish};
+use whitefurnace::integrate::{fill, fill_within, forecast};
+use whitefurnace::plan::{Plan, Request};
+use whitefurnace::scene::Scene;
+use whitefurnace::table::Storage;
+
+/// Scenes of different costs: what the deterministic rules, the samples and the sheets take.
+const SCENES: [(&str, &str); 7] = [
+    ("default", include_str!("../src/scene/default.toml")),
+    ("glass", MICROFACETS),
+    ("total reflection", TOTAL),
+    ("stretched", STRETCHED),
+    ("schlick", SCHLICK),
+    ("engine", ENGINE),
+    ("conductor", CONDUCTOR),
+];
+
+const MICROFACETS: &str = r#"
+[[material]]
+name = "beckmann"
+bxdf = { type = "microfacet", distribution = { type = "beckmann", m = { min = 0.05, max = 0.8 } }, masking = "smith", fresnel = { type = "dielectric", eta = 1.5 } }
+[[material]]
+name = "phong"
+bxdf = { type = "microfacet", distribution = { type = "phong", n = { min = 1, max = 1000 } }, masking = "v-groove", fresnel = { type = "dielectric", eta = [1.3, 1.4, 1.5] } }
+"#;
+
+const TOTAL: &str = r#"
+[[material]]
+name = "inside"
+bxdf = { type = "microfacet", distribution = { type = "ggx", alpha = { min = 0.05, max = 0.8 } }, masking = "smith", fresnel = { type = "dielectric", eta = 0.66 } }
+"#;
+
+const STRETCHED: &str = r#"
+[[material]]
+name = "brushed"
+bxdf = { type = "microfacet", distribution = { type = "ggx", alpha_x = 0.2, alpha_y = 0.5 }, masking = "smith-correlated", fresnel = "none" }
+"#;
+
+const SCHLICK: &str = r#"
+[[material]]
+name = "gold"
+bxdf = { type = "microfacet", distribution = { type = "ggx", alpha = 0.25 }, masking = "smith-correlated", fresnel = { type = "schlick", r0 = [1.0, 0.77, 0.34] } }
+"#;
+
+const ENGINE: &str = r#"
+[[material]]
+name = "all"
+bxdf = { type = "microfacet", distribution = { type = "ggx", alpha = { min = 1e-6, max = 1.0 } }, masking = "smith-correlated", fresnel = { type = "schlick", r0 = 0.04 } }
+"#;
+
+const CONDUCTOR: &str = r#"
+[[material]]
+name = "copper"
+bxdf = { type = "microfacet", distribution = { type = "ggx", alpha = 0.1 }, masking = "smith", fresnel = { type = "conductor", metal = "Cu" } }
+"#;
+
+fn alone<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64) {
+    let pool = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        let start = ThreadTime::now();
+        let result = work();
+        (result, start.elapsed().as_secs_f64())
+    })
+}
+
+/// Seconds said and taken for all tables of a scene.
+fn compared(text: &str, request: Request, tolerance: Option<f64>) -> [f64; 2] {
+    let plan = Plan::new(&Scene::parse(text, "forecast.toml").unwrap(), &request).unwrap();
+    let mut sums = [0.0; 2];
+    for table in &plan.tables {
+        let [said, taken] = match tolerance {
+            None => [forecast(table).unwrap().seconds, alone(|| fill(table, &|_| {}).unwrap()).1],
+            Some(tolerance) => {
+                let chooser = Chooser::new(table, Wish::within(tolerance)).unwrap();
+                let choice = chooser.choice(tolerance, Storage::F32);
+                let said = forecast(&choice.plan).unwrap().seconds * choice.repeats();
+                [said, alone(|| fill_within(&chooser, &|_| {}).unwrap()).1]
+            }
+        };
+        println!("  {} {said:.3} s said, {taken:.3} s taken: {:.2}", table.id, taken / said);
+        sums[0] += said;
+        sums[1] += taken;
+    }
+    sums
+}
+
+#[test]
+fn times_are_known_within_a_factor_of_two() {
+    let usual = Request::default();
+    let sampled = Request {
+        estimator: "qmc-visible".parse().unwrap(),
+        samples: Some(16_384),
+        ..usual
+    };
+    let coarse = Request {
+        tolerance: Some(1e-3),
+        ..usual
+    };
+    let mut off = Vec::new();
+    for (name, text) in SCENES {
+        for (kind, request, tolerance) in [
+            ("usual sizes", usual, None),
+            ("samples", sampled, None),
+            ("chosen sizes", coarse, Some(1e-3)),
+        ] {
+            // sampling by visible normals is for lobes with Smith masking, and says the same of all of them
+            let is_sampled = ["conductor", "total reflection"].contains(&name);
+            if (kind == "samples" && !is_sampled) || (name == "stretched" && kind == "chosen sizes") {
+                continue;
+            }
+            let [said, taken] = compared(text, request, tolerance);
+            println!("{name}, {kind}: {said:.2} s said, {taken:.2} s taken: {:.2}", taken / said);
+            if !(0.5..=2.0).contains(&(taken / said)) {
+                off.push(format!("{name}, {kind}: {said:.3} s said, {taken:.3} s taken"));
+            }
+        }
+    }
+    assert!(off.is_empty(), "{off:#?}");
+}
