@@ -79,7 +79,7 @@ enum Command {
 /// What all commands that compute have in common.
 #[derive(Debug, Args)]
 struct Common {
-    /// Scene file (TOML); without one the built-in scene is used.
+    /// Scene file (TOML or glTF 2.0); without one the built-in scene is used.
     scene: Option<PathBuf>,
     /// How integrals are computed: auto, closed-form, quadrature, or samples: mc-uniform, mc-cosine, mc-normals, mc-visible,
     /// mc-bxdf, each also as stratified-* (jittered strata) and qmc-* (Owen-scrambled Sobol points).
@@ -178,12 +178,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Good)
 }
 
-/// The scene in the file at `path`, or the built-in one.
+/// The scene in the file at `path`, or the built-in one; says what the reader looked past, and when there is nothing to do.
 fn load(path: Option<&Path>) -> Result<Scene, Failure> {
-    Ok(match path {
-        Some(path) => Scene::load(path)?,
-        None => Scene::default_scene(),
-    })
+    let Some(path) = path else {
+        return Ok(Scene::default_scene());
+    };
+    let scene = Scene::load(path)?;
+    for warning in &scene.warnings {
+        format::note(format!("{}: {warning}", scene.source));
+    }
+    let is_black = |material: &Material| material.model.at(None).is_ok_and(|model| model.flags().is_empty());
+    if !scene.materials.is_empty() && scene.materials.iter().all(is_black) {
+        format::note(format!(
+            "{}: no material scatters light, so that there is nothing to compute",
+            scene.source
+        ));
+    }
+    Ok(scene)
 }
 
 /// Makes the directory that `--out` names.

@@ -2,10 +2,8 @@
 
 use super::node::Keep;
 use super::place::{At, Notes, Problem, quote};
+use super::vocabulary::VARIANTS;
 use std::collections::HashSet;
-
-/// The extension that gives a primitive several materials to choose from.
-pub(super) const VARIANTS: &str = "KHR_materials_variants";
 
 const ELSEWHERE: Keep = Keep::Each(&Keep::Only(&[("extensions", Keep::Names)]));
 
@@ -87,12 +85,8 @@ pub(super) struct Document<'d> {
 
 /// Looks at all but materials and meshes; `known` are the extensions of materials that this reader knows.
 pub(super) fn document<'d>(root: &At<'d>, known: &[&str], notes: &mut Notes) -> Result<Document<'d>, Problem> {
-    root.object().map_err(|_| {
-        Problem::new(
-            "the file",
-            format!("is {}, which is not allowed: it is an object", root.node.kind()),
-        )
-    })?;
+    root.object()
+        .map_err(|_| Problem::new("the file", format!("holds {}, and a glTF an object", root.node.kind())))?;
     version(root)?;
     let declared = names(root, "extensionsUsed", notes);
     let required = names(root, "extensionsRequired", notes);

@@ -7,72 +7,17 @@ use super::document::{Document, misplaced};
 use super::node::Node;
 use super::place::{At, Notes, Problem, quote};
 use super::surface::{Base, Dielectric, Factor, Layers, MetallicRoughness, SpecularGlossiness, Surface};
+use super::vocabulary::{
+    ANISOTROPY, CLEARCOAT, DISPERSION, EMISSIVE_STRENGTH, IOR, IRIDESCENCE, KNOWN, MATERIAL_NAMES,
+    METALLIC_ROUGHNESS_NAMES, SHEEN, SPECULAR, SPECULAR_GLOSSINESS, SPECULAR_GLOSSINESS_NAMES, TEXTURE_NAMES,
+    TRANSMISSION, UNLIT, VOLUME,
+};
 use crate::parameter::{Legal, Number};
 use crate::scene::suggest::nearest;
 use std::collections::HashSet;
 
-pub(super) const ANISOTROPY: &str = "KHR_materials_anisotropy";
-pub(super) const CLEARCOAT: &str = "KHR_materials_clearcoat";
-pub(super) const DISPERSION: &str = "KHR_materials_dispersion";
-pub(super) const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
-pub(super) const IOR: &str = "KHR_materials_ior";
-pub(super) const IRIDESCENCE: &str = "KHR_materials_iridescence";
-pub(super) const SHEEN: &str = "KHR_materials_sheen";
-pub(super) const SPECULAR: &str = "KHR_materials_specular";
-pub(super) const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
-pub(super) const TRANSMISSION: &str = "KHR_materials_transmission";
-pub(super) const UNLIT: &str = "KHR_materials_unlit";
-pub(super) const VOLUME: &str = "KHR_materials_volume";
-
-/// The extensions of materials that are known.
-pub(super) const KNOWN: [&str; 12] = [
-    ANISOTROPY,
-    CLEARCOAT,
-    DISPERSION,
-    EMISSIVE_STRENGTH,
-    IOR,
-    IRIDESCENCE,
-    SHEEN,
-    SPECULAR,
-    SPECULAR_GLOSSINESS,
-    TRANSMISSION,
-    UNLIT,
-    VOLUME,
-];
-
 const NO_EFFECT: &str = "it has no effect on this material";
 const NO_TABLE: &str = "no table depends on it";
-
-/// Names in a material and its parts; what else there is gets a warning, as it may be a slip.
-const MATERIAL_NAMES: [&str; 10] = [
-    "name",
-    "extensions",
-    "pbrMetallicRoughness",
-    "normalTexture",
-    "occlusionTexture",
-    "emissiveTexture",
-    "emissiveFactor",
-    "alphaMode",
-    "alphaCutoff",
-    "doubleSided",
-];
-const METALLIC_ROUGHNESS_NAMES: [&str; 6] = [
-    "baseColorFactor",
-    "baseColorTexture",
-    "metallicFactor",
-    "roughnessFactor",
-    "metallicRoughnessTexture",
-    "extensions",
-];
-const SPECULAR_GLOSSINESS_NAMES: [&str; 6] = [
-    "diffuseFactor",
-    "diffuseTexture",
-    "specularFactor",
-    "glossinessFactor",
-    "specularGlossinessTexture",
-    "extensions",
-];
-const TEXTURE_NAMES: [&str; 5] = ["index", "texCoord", "scale", "strength", "extensions"];
 
 /// Reads a material.
 pub(super) struct Reader<'n, 'd> {
@@ -165,7 +110,9 @@ impl<'n, 'd> Reader<'n, 'd> {
             .iter()
             .filter(|(name, _)| !known.contains(&name.as_str()) && name != "extensions")
         {
-            let meant = nearest(name, known.iter().copied());
+            // comparing a million names that nobody gets to see would take a while
+            let candidates = if self.notes.is_full() { &[] } else { known };
+            let meant = nearest(name, candidates.iter().copied());
             let meant = meant.map_or(String::new(), |meant| format!("; did you mean {meant}?"));
             let place = format!("{}.{}", at.place, quote(name));
             self.notes

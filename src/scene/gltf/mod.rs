@@ -37,6 +37,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 mod uses;
+mod vocabulary;
 mod words;
 
 pub(super) use container::MAGIC;
@@ -45,7 +46,7 @@ use super::error::{Refusal, SceneError};
 use super::{MOST_MATERIALS, Material, Scene, stem, too_large};
 use crate::parameter::ParameterError;
 use document::{ROOT, document};
-use material::{KNOWN, Reader};
+use material::Reader;
 use model::made;
 use node::{MOST_NODES, Node, Reading};
 use place::{At, Notes, Problem};
@@ -55,6 +56,7 @@ use std::collections::{HashMap, HashSet};
 use std::io::{Read, Seek};
 use surface::Surface;
 use uses::{Uses, uses};
+use vocabulary::KNOWN;
 
 /// Largest text file in bytes; they may embed what they show.
 pub(super) const LARGEST: usize = 256 << 20;

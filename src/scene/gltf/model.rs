@@ -13,8 +13,8 @@
 //! - What is transmitted passes a smooth interface. Where the surface is rough there is no table for it, and the model has
 //!   what it reflects.
 
-use super::material::{SPECULAR, SPECULAR_GLOSSINESS};
 use super::surface::{Base, Dielectric, Factor, Layers, MetallicRoughness, SpecularGlossiness, Surface};
+use super::vocabulary::{SPECULAR, SPECULAR_GLOSSINESS};
 use super::words::{Made, property};
 use crate::bxdf::{Coupling, FresnelSpecular, Lambertian, SpecularReflection, Transport};
 use crate::distribution::{Anisotropic, Elliptic, Family};

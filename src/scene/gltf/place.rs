@@ -47,11 +47,16 @@ pub(super) struct Notes {
 impl Notes {
     /// `message` goes on behind `place`.
     pub(super) fn add(&mut self, place: &str, message: &str) {
-        if self.kept.len() < MOST_NOTES {
-            self.kept.push(printable(&format!("{place} {message}")));
-        } else {
+        if self.is_full() {
             self.more += 1;
+        } else {
+            self.kept.push(printable(&format!("{place} {message}")));
         }
+    }
+
+    /// Whether another warning would only be counted.
+    pub(super) fn is_full(&self) -> bool {
+        self.kept.len() == MOST_NOTES
     }
 
     /// What nothing depends on is a warning, and no error.

@@ -3,8 +3,9 @@
 //! Those of primitives and of the variants of primitives; nodes and scenes are not asked, as a mesh is there to be placed. A
 //! file without any primitive is a library, whose materials are there for others.
 
-use super::document::{PASSED_OVER, VARIANTS};
+use super::document::PASSED_OVER;
 use super::place::{At, Notes, Problem};
+use super::vocabulary::VARIANTS;
 
 /// How the primitives of a file use its materials.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! What calls for an effect, and what is left out, in the names of the file.
 
-use super::material::{ANISOTROPY, CLEARCOAT, DISPERSION, IRIDESCENCE, SHEEN, TRANSMISSION};
 use super::surface::{Dielectric, Factor, Layers};
+use super::vocabulary::{ANISOTROPY, CLEARCOAT, DISPERSION, IRIDESCENCE, SHEEN, TRANSMISSION};
 use crate::parameter::Number;
 use crate::scene::effect::{Call, Effect, Gap};
 use crate::scene::spec::ModelSpec;
