@@ -233,3 +233,39 @@ fn text_cut_anywhere_is_refused() {
         );
     }
 }
+
+#[test]
+fn whatever_is_changed_there_is_an_error_or_a_scene_of_models() {
+    let others = [
+        ("transmission", "\"transmissionFactor\":0.5"),
+        ("ior", "\"ior\":1.5"),
+        ("anisotropy", "\"anisotropyStrength\":0.3"),
+    ];
+    let text = format!(
+        "{{\"asset\":{{\"version\":\"2.0\"}},{},\"meshes\":[{{\"primitives\":[{{\"material\":0}},{{}}]}}]}}",
+        library(&format!("{{{}}},{{}}", properties(PLASTIC, &others)))
+    );
+    let mut read = 0;
+    for at in 0..text.len() {
+        for byte in *b"09-.e\"{}[], x" {
+            let mut bytes = text.clone().into_bytes();
+            bytes[at] = byte;
+            match scene(&bytes, SOURCE) {
+                Err(error) => assert!(error.to_string().starts_with(SOURCE), "{error}"),
+                Ok(scene) => {
+                    read += 1;
+                    for material in &scene.materials {
+                        let model = material.model.at(None);
+                        assert!(
+                            model.is_ok() && !material.name.is_empty(),
+                            "{}",
+                            String::from_utf8_lossy(&bytes)
+                        );
+                    }
+                }
+            }
+        }
+    }
+    // names and digits may be others
+    assert!(read > 1000, "{read}");
+}
