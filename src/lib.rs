@@ -4,7 +4,7 @@
 //!
 //! | stage | module | takes | gives |
 //! | --- | --- | --- | --- |
-//! | scene | [`scene`] | a TOML file | materials, named models whose roughness may be a range |
+//! | scene | [`scene`] | a file, TOML or glTF 2.0 | materials, named models whose roughness may be a range |
 //! | plan | [`plan`] | a scene | the tables that it calls for, with their axes |
 //! | integrate | [`integrate`] | a planned table | its texels, each with an error and a cost |
 //! | table | [`table`] | texels | a lookup, its error at and between texels, its range |
@@ -74,6 +74,7 @@
 //! - [Patterson 1968] T. Patterson, *The optimum addition of points to quadrature formulae*, Mathematics of Computation 22.
 //! - [pbrt 2010] M. Pharr, G. Humphreys, *Physically Based Rendering*, second edition, chapter 8.
 //! - [pbrt 2016] M. Pharr, W. Jakob, G. Humphreys, *Physically Based Rendering*, third edition, section 8.2.
+//! - [Khronos 2021] The Khronos Group, *glTF 2.0 specification* 2.0.1, and the extensions of materials that it has ratified.
 //! - [Kolmogorov 1933], [Stephens 1970] A. Kolmogorov, M. Stephens: the one-sample test of a distribution and its tables.
 //! - [Rusinkiewicz 1998] S. Rusinkiewicz, *A new change of variables for efficient BRDF representation*, Eurographics
 //!   Workshop on Rendering.
@@ -104,6 +105,7 @@
 //! [Patterson 1968]: #bibliography
 //! [pbrt 2010]: #bibliography
 //! [pbrt 2016]: #bibliography
+//! [Khronos 2021]: #bibliography
 //! [Kolmogorov 1933]: #bibliography
 //! [Stephens 1970]: #bibliography
 //! [Rusinkiewicz 1998]: #bibliography

@@ -135,7 +135,8 @@ pub(super) fn count(count: u64) -> String {
 
 /// A duration in the unit that suits it.
 pub(super) fn seconds(seconds: f64) -> String {
-    match seconds {
+    // the sum of no times at all is -0
+    match seconds + 0.0 {
         s if s < 1e-3 => format!("{:.1} us", s * 1e6),
         s if s < 1.0 => format!("{:.1} ms", s * 1e3),
         s if s < 120.0 => format!("{s:.1} s"),

@@ -183,12 +183,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Good)
 }
 
-/// The scene in the file at `path`, or the built-in one.
+/// The scene in the file at `path`, or the built-in one; says what the reader looked past, and when there is nothing to do.
 fn load(path: Option<&Path>) -> Result<Scene, Failure> {
-    Ok(match path {
-        Some(path) => Scene::load(path)?,
-        None => Scene::default_scene(),
-    })
+    let Some(path) = path else {
+        return Ok(Scene::default_scene());
+    };
+    let scene = Scene::load(path)?;
+    for warning in &scene.warnings {
+        format::note(format!("{}: {warning}", scene.source));
+    }
+    let is_black = |material: &Material| material.model.at(None).is_ok_and(|model| model.flags().is_empty());
+    if !scene.materials.is_empty() && scene.materials.iter().all(is_black) {
+        format::note(format!(
+            "{}: no material scatters light, so that there is nothing to compute",
+            scene.source
+        ));
+    }
+    Ok(scene)
 }
 
 /// Makes the directory that `--out` names.

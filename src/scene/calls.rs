@@ -168,7 +168,6 @@ impl Calls {
 
 #[cfg(test)]
 mod tests {
-
     use crate::scene::Scene;
 
     fn calls(bxdf: &str) -> Vec<(&'static str, String)> {

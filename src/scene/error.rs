@@ -48,6 +48,16 @@ pub enum SceneError {
         /// Number of valid bytes before the first that is not.
         offset: usize,
     },
+    /// A value or a byte of a file whose places have no lines.
+    #[error("{}: {}", printable(path), printable(&format!("{place} {message}")))]
+    Misfit {
+        /// The file as it was named.
+        path: String,
+        /// The value, `materials[3].pbrMetallicRoughness.roughnessFactor`, or the byte.
+        place: String,
+        /// What is wrong with it and what is allowed, as it goes on behind the place.
+        message: String,
+    },
     /// A place in the text: a syntax error, a wrong name or a value that is not allowed.
     #[error("{0}")]
     Refused(Box<Refusal>),

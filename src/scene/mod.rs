@@ -1,6 +1,6 @@
-//! Scenes: which materials there are, read from TOML.
+//! Scenes: which materials there are, read from TOML or from the formats in which whole scenes are exchanged.
 //!
-//! The reader walks the spans of the TOML document itself rather than deriving serde types, because a derived error says
+//! The reader of TOML walks the spans of the TOML document itself rather than deriving serde types, because a derived error says
 //! neither what is allowed nor, inside tagged tables, where. A scene is refused at its first error: later ones are often
 //! consequences.
 
@@ -10,6 +10,7 @@ mod describe;
 mod effect;
 mod error;
 mod facets;
+mod gltf;
 mod library;
 mod reader;
 #[cfg(test)]
@@ -26,8 +27,9 @@ pub use effect::{Call, Effect, Gap};
 pub use error::{Refusal, SceneError};
 pub use spec::{DistributionSpec, ModelSpec, Roughness};
 
+use std::ffi::OsStr;
 use std::fs::File;
-use std::io::Read;
+use std::io::{Cursor, Read};
 use std::panic::resume_unwind;
 use std::path::Path;
 use std::thread;
@@ -116,23 +118,45 @@ impl Scene {
 
     /// Reads the scene file at `path`.
     ///
+    /// A file that begins with `glTF`, or whose name ends in `.glb`, is binary glTF 2.0, and one whose name ends in `.gltf` is
+    /// glTF 2.0 in text: of these the materials are read that something uses, and no buffers or images are looked for. Any
+    /// other file is TOML.
+    ///
+    /// It may be a pipe, of which no more is read than the format allows; the data files that a scene names are regular files.
+    ///
     /// # Errors
-    /// [`SceneError`] when the file cannot be read, is larger than 16 MiB, is not UTF-8, or is refused by
-    /// [`Scene::parse`]. It may be a pipe, of which no more is read; the data files that a scene names are regular files.
+    /// [`SceneError`] when the file cannot be read, is not UTF-8, is larger than 16 MiB or is refused by [`Scene::parse`]. Of
+    /// glTF [`SceneError::Refused`] for what is not JSON, [`SceneError::Misfit`] for what keeps a material in use from being
+    /// known, [`SceneError::TooLarge`] beyond 256 MiB of text, 64 MiB of JSON in a binary file, or 65536 materials.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         let source = path.display().to_string();
-        let bytes = read_at_most(path, LARGEST).map_err(|reason| SceneError::Unreadable {
+        let unreadable = |reason| SceneError::Unreadable {
             path: source.clone(),
             reason,
-        })?;
-        let Some(bytes) = bytes else {
-            return Err(too_large(&source, "bytes", LARGEST));
         };
-        let text = str::from_utf8(&bytes).map_err(|error| SceneError::NotUtf8 {
-            path: source.clone(),
-            offset: error.valid_up_to(),
-        })?;
-        Self::parse(text, &source)
+        let mut file = File::open(path).map_err(unreadable)?;
+        let mut head = Vec::new();
+        let longest = gltf::MAGIC.len() as u64;
+        file.by_ref().take(longest).read_to_end(&mut head).map_err(unreadable)?;
+        let format = Format::of(&head, path);
+        let is_regular = file.metadata().map_err(unreadable)?.is_file();
+        if format == Format::Glb && is_regular {
+            return gltf::binary(&mut file, &source);
+        }
+        let limit = format.largest();
+        let bytes = read_at_most(head, &file, limit).map_err(unreadable)?;
+        let bytes = bytes.ok_or_else(|| too_large(&source, "bytes", limit))?;
+        match format {
+            Format::Toml => {
+                let text = str::from_utf8(&bytes).map_err(|error| SceneError::NotUtf8 {
+                    path: source.clone(),
+                    offset: error.valid_up_to(),
+                })?;
+                Self::parse(text, &source)
+            }
+            Format::Gltf => gltf::scene(&bytes, &source),
+            Format::Glb => gltf::binary(&mut Cursor::new(bytes), &source),
+        }
     }
 
     /// The scene that is used when none is given: the materials of [Mikkelsen 2009, figure 7], one of each further
@@ -172,15 +196,53 @@ fn on_a_deep_stack(source: &str, read: impl FnOnce() -> Result<Scene, SceneError
     })
 }
 
-/// The bytes of a file, `None` when there are more than `limit`.
-fn read_at_most(path: &Path, limit: usize) -> std::io::Result<Option<Vec<u8>>> {
-    let file = File::open(path)?;
+/// What a scene file is written in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    /// The format of this crate.
+    Toml,
+    /// glTF, text.
+    Gltf,
+    /// glTF, binary.
+    Glb,
+}
+
+impl Format {
+    /// That of the file at `path`, which begins with `head`.
+    fn of(head: &[u8], path: &Path) -> Self {
+        let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+        match ending.as_deref().and_then(OsStr::to_str) {
+            _ if head.starts_with(gltf::MAGIC) => Self::Glb,
+            Some("glb") => Self::Glb,
+            Some("gltf") => Self::Gltf,
+            _ => Self::Toml,
+        }
+    }
+
+    /// Largest file in bytes, of binary glTF one that comes through a pipe.
+    fn largest(self) -> usize {
+        match self {
+            Self::Toml => LARGEST,
+            Self::Gltf | Self::Glb => gltf::LARGEST,
+        }
+    }
+}
+
+/// The name of a scene whose file gives it none: that of the file.
+fn stem(source: &str) -> String {
+    let stem = Path::new(source).file_stem().map(|stem| stem.to_string_lossy());
+    stem.map_or_else(|| source.to_owned(), |stem| stem.into_owned())
+}
+
+/// The bytes of a file that begins with `head` and goes on with `file`, `None` when there are more than `limit`.
+fn read_at_most(head: Vec<u8>, file: &File, limit: usize) -> std::io::Result<Option<Vec<u8>>> {
     if file.metadata()?.len() > limit as u64 {
         return Ok(None);
     }
-    let mut bytes = Vec::new();
+    let mut bytes = head;
     // pipes and devices do not say how long they are
-    file.take(limit as u64 + 1).read_to_end(&mut bytes)?;
+    let most = (limit as u64 + 1).saturating_sub(bytes.len() as u64);
+    file.take(most).read_to_end(&mut bytes)?;
     Ok((bytes.len() <= limit).then_some(bytes))
 }
 

@@ -4,9 +4,8 @@ use super::bxdfs::{BXDF_RULE, material_bxdf};
 use super::error::SceneError;
 use super::table::Table;
 use super::text::Text;
-use super::{MOST_MATERIALS, Material, Scene, too_large};
+use super::{MOST_MATERIALS, Material, Scene, stem, too_large};
 use std::collections::HashMap;
-use std::path::Path;
 use toml::de::DeTable;
 
 /// Reads the scene in `content`, which `source` names.
@@ -43,8 +42,7 @@ fn scene_name(root: &Table<'_>, source: &str) -> Result<String, SceneError> {
             return Ok(name.name()?.to_owned());
         }
     }
-    let stem = Path::new(source).file_stem().map(|stem| stem.to_string_lossy());
-    Ok(stem.map_or_else(|| source.to_owned(), |stem| stem.into_owned()))
+    Ok(stem(source))
 }
 
 fn materials(root: &Table<'_>, source: &str) -> Result<Vec<Material>, SceneError> {

@@ -39,7 +39,7 @@ pub enum DistributionSpec {
     Anisotropic(Anisotropic),
 }
 
-/// A model whose roughness may be a range; at most one of its distributions has one.
+/// A model whose roughness may be a range; where several of its distributions have one, it is the same in all of them.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ModelSpec {
     /// Ideal diffuse reflection.
@@ -165,7 +165,8 @@ impl ModelSpec {
         }
     }
 
-    /// Family and ends of every roughness range in it; more than one only before a scene has refused that.
+    /// Family and ends of every roughness range in it. More than one is the same one, as of the two parts of a glTF material
+    /// that share a texture; of a TOML scene it is refused.
     pub(super) fn ranges(&self) -> Vec<(Family, f64, f64)> {
         match self {
             Self::Microfacet { distribution, .. } | Self::FresnelBlend { distribution, .. } => {

@@ -296,10 +296,27 @@ fn files_that_cannot_be_scenes() {
     file.set_len(LARGEST as u64 + 1).unwrap();
     let error = Scene::load(&large).unwrap_err();
     assert!(matches!(error, SceneError::TooLarge { .. }), "{error}");
-    assert_eq!(read_at_most(&large, 3).unwrap(), None);
+    let file = File::open(&large).unwrap();
+    assert_eq!(read_at_most(Vec::new(), &file, 3).unwrap(), None);
+    let small = File::open(write("small.toml", b"abcd")).unwrap();
+    assert_eq!(read_at_most(Vec::new(), &small, 4).unwrap(), Some(b"abcd".to_vec()));
 
     let good = write("tour.toml", include_bytes!("default.toml"));
     let scene = Scene::load(&good).unwrap();
     assert_eq!(scene.materials, Scene::default_scene().materials);
     assert_eq!(scene.source, good.display().to_string());
+}
+
+#[test]
+fn the_format_follows_from_the_first_bytes_and_the_name() {
+    for (head, name, format) in [
+        (&b"glTF"[..], "a.toml", Format::Glb),
+        (b"glT", "a.toml", Format::Toml),
+        (b"", "a.glb", Format::Glb),
+        (b"{", "dir.glb/a.GLTF", Format::Gltf),
+        (b"[sce", "a.gltf/b", Format::Toml),
+        (b"", "gltf", Format::Toml),
+    ] {
+        assert_eq!(Format::of(head, Path::new(name)), format, "{name}");
+    }
 }
