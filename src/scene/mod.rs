@@ -11,6 +11,7 @@ mod effect;
 mod error;
 mod facets;
 mod library;
+mod pbrt;
 mod reader;
 #[cfg(test)]
 mod refusals;
@@ -114,12 +115,15 @@ impl Scene {
         }
     }
 
-    /// Reads the scene file at `path`.
+    /// Reads the scene file at `path`: one of pbrt 3 if its name ends in `.pbrt`, of at most 64 MiB, and TOML if not.
     ///
     /// # Errors
     /// [`SceneError`] when the file cannot be read, is larger than 16 MiB, is not UTF-8, or is refused by
     /// [`Scene::parse`]. It may be a pipe, of which no more is read; the data files that a scene names are regular files.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
+        if pbrt::is_named(path) {
+            return pbrt::load(path);
+        }
         let source = path.display().to_string();
         let bytes = read_at_most(path, LARGEST).map_err(|reason| SceneError::Unreadable {
             path: source.clone(),
