@@ -1,6 +1,7 @@
 //! What the materials share: legal values, distributions of normals, and which parameter calls for what.
 
 use super::lookup::{Given, Scalar, Tint};
+use super::parameters::Parameter;
 use super::textures::Range;
 use super::tokens::{Place, quote};
 use crate::distribution::{Anisotropic, Elliptic, Family};
@@ -89,7 +90,7 @@ impl<'a> Build<'a> {
     }
 
     /// `line 13: rgb Kd`, or the statement and the default.
-    fn by(&self, name: &str, parameter: Option<&super::parameters::Parameter>) -> String {
+    fn by(&self, name: &str, parameter: Option<&Parameter>) -> String {
         match parameter {
             Some(parameter) => format!("{}: {}", parameter.place.label(), parameter.declared),
             None => format!("{}, default {name}", self.statement.label()),
@@ -97,7 +98,7 @@ impl<'a> Build<'a> {
     }
 
     /// The error that says `verdict` about the value of `name`.
-    fn refuse(&self, parameter: Option<&super::parameters::Parameter>, name: &str, verdict: &str) -> SceneError {
+    fn refuse(&self, parameter: Option<&Parameter>, name: &str, verdict: &str) -> SceneError {
         match parameter {
             Some(parameter) => parameter.refuse(verdict),
             None => self.statement.place.refuse(format!("{name} {verdict}")),
@@ -247,7 +248,7 @@ impl<'a> Build<'a> {
     ) -> Result<DistributionSpec, SceneError> {
         let (along_u, along_v) = (self.alpha(&u.1, u.0, remap)?, self.alpha(&v.1, v.0, remap)?);
         let by = |build: &Self, (name, scalar): &(&str, Scalar<'_>)| {
-            let texture = scalar.parameter.and_then(|parameter| parameter.string().ok());
+            let texture = scalar.parameter.and_then(Parameter::as_str);
             match texture {
                 Some(texture) => format!("{} \"{}\"", build.by(name, scalar.parameter), quote(texture)),
                 None => build.by(name, scalar.parameter),

@@ -1,6 +1,6 @@
 //! What a statement gives for the name of a parameter: the shape's own value, the material's, or a texture's.
 
-use super::parameters::{Family, Parameter, Parameters};
+use super::parameters::{Family, Parameter, Parameters, Values};
 use super::spectra::{self, Tone};
 use super::textures::{Range, Textures};
 use super::tokens::{Place, quote};
@@ -30,21 +30,21 @@ const MOST_WARNINGS: usize = 100;
 
 impl Warnings {
     pub(super) fn add(&self, place: &Place, what: impl Into<String>) {
-        if self.is_full() {
+        self.add_with(place, || what.into());
+    }
+
+    /// The same for a warning that takes time to word: those that are only counted are not.
+    pub(super) fn add_with(&self, place: &Place, what: impl FnOnce() -> String) {
+        if self.told.borrow().len() >= MOST_WARNINGS {
             self.more.set(self.more.get() + 1);
         } else {
-            self.note(format!("{}: {}", place.label(), what.into()));
+            self.note(format!("{}: {}", place.label(), what()));
         }
     }
 
     /// A warning about the scene as a whole.
     pub(super) fn note(&self, what: impl Into<String>) {
         self.told.borrow_mut().push(what.into());
-    }
-
-    /// Whether any more are only counted.
-    pub(super) fn is_full(&self) -> bool {
-        self.told.borrow().len() >= MOST_WARNINGS
     }
 
     pub(super) fn into_list(self) -> Vec<String> {
@@ -125,6 +125,20 @@ impl<'a> Given<'a> {
             texture: (!texture.range.is_single()).then_some(texture.id),
             parameter: Some(parameter),
         }))
+    }
+
+    /// The numbers called `name` as far as they can be told without an error; any texture may hold what an image does.
+    pub(super) fn about(&self, name: &str, default: f64) -> Range {
+        let Some(parameter) = self.find(name, Family::Float) else {
+            return Range::single(default);
+        };
+        match (&parameter.values, parameter.as_str()) {
+            (Values::Numbers(numbers), _) => Range::single(numbers.first().copied().unwrap_or(default)),
+            (_, texture) => {
+                let texture = texture.and_then(|name| self.textures.scalars.get(name));
+                texture.map_or(Range::UNIT, |texture| texture.range)
+            }
+        }
     }
 
     /// The colour called `name`.

@@ -18,7 +18,7 @@ use glam::DVec3;
 use std::rc::Rc;
 
 /// Names of the parameters that some material has.
-pub(super) const NAMES: [&str; 26] = [
+pub(super) const NAMES: [&str; 25] = [
     "type",
     "Kd",
     "Ks",
@@ -44,7 +44,6 @@ pub(super) const NAMES: [&str; 26] = [
     "sheen",
     "clearcoat",
     "spectrans",
-    "difftrans",
 ];
 
 /// Most lobes of a material, as in pbrt.
@@ -396,20 +395,16 @@ fn unsupported(kind: &str, mut build: Build<'_>) -> Result<Outcome, SceneError> 
     let statement = build.statement.label();
     let calls: Vec<Effect> = match kind {
         "disney" => {
-            let above = |name: &str, default: f64, least: f64| {
-                let found = build.given.scalar(name).ok().flatten();
-                found.map_or(default, |scalar| scalar.range.max) > least
-            };
-            let metallic = build.given.scalar("metallic").ok().flatten();
-            let metallic = metallic.map_or(Range::single(0.0), |scalar| scalar.range);
+            let above = |name: &str| build.given.about(name, 0.0).max > 0.0;
+            let metallic = build.given.about("metallic", 0.0);
             let asked = [
                 (Effect::Metal, metallic.max > 0.0),
                 (Effect::Dielectric, metallic.min < 1.0),
                 (Effect::Diffuse, metallic.min < 1.0),
-                (Effect::Transmission, above("spectrans", 0.0, 0.0)),
-                (Effect::Anisotropy, above("anisotropic", 0.0, 0.0)),
-                (Effect::Sheen, above("sheen", 0.0, 0.0)),
-                (Effect::Clearcoat, above("clearcoat", 0.0, 0.0)),
+                (Effect::Transmission, above("spectrans"),
+                (Effect::Anisotropy, above("anisotropic"),
+                (Effect::Sheen, above("sheen"),
+                (Effect::Clearcoat, above("clearcoat"),
             ];
             asked
                 .into_iter()

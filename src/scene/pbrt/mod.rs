@@ -5,8 +5,6 @@
 
 mod build;
 mod directives;
-#[cfg(test)]
-mod hostile;
 mod lookup;
 mod materials;
 mod parameters;
@@ -17,6 +15,7 @@ mod statements;
 mod tests;
 mod textures;
 mod tokens;
+mod unread;
 
 use super::error::SceneError;
 use super::library::Library;

@@ -155,16 +155,22 @@ impl Parameter {
 
     /// The one string of the parameter.
     pub(super) fn string(&self) -> Result<&str, SceneError> {
+        self.as_str()
+            .ok_or_else(|| self.refuse(format!("is not allowed: {} is one string", self.declared)))
+    }
+
+    /// The same without an error, which would take the time to find its place in the file.
+    pub(super) fn as_str(&self) -> Option<&str> {
         match &self.values {
-            Values::Strings(strings) if strings.len() == 1 => Ok(&strings[0]),
-            _ => Err(self.refuse(format!("is not allowed: {} is one string", self.declared))),
+            Values::Strings(strings) if strings.len() == 1 => Some(&strings[0]),
+            _ => None,
         }
     }
 
     pub(super) fn flag(&self) -> Result<bool, SceneError> {
-        match self.string() {
-            Ok("true") => Ok(true),
-            Ok("false") => Ok(false),
+        match self.as_str() {
+            Some("true") => Ok(true),
+            Some("false") => Ok(false),
             _ => Err(self.refuse(format!("is not allowed: {} is \"true\" or \"false\"", self.declared))),
         }
     }

@@ -8,7 +8,7 @@ use super::parameters::{Parameters, Unknown, parameters};
 use super::scopes::Scopes;
 use super::textures::{self, Textures};
 use super::tokens::{Lexer, Place, Source, Token, quote};
-use super::{LARGEST, include};
+use super::{LARGEST, include, unread};
 use crate::scene::error::SceneError;
 use crate::scene::{MOST_MATERIALS, too_large};
 use std::cell::{Cell, RefCell};
@@ -362,33 +362,10 @@ impl Reader {
         if self.definitions.len() > MOST_MATERIALS {
             return Err(too_large(&self.source, "materials", MOST_MATERIALS));
         }
-        self.tell_unread(&kind, &own, unknown);
+        unread::tell(&kind, &own, unknown, &self.files.warnings);
         let definition = Rc::new(self.evaluated(label, statement, kind, own, None)?);
         self.definitions.push(definition.clone());
         Ok(definition)
-    }
-
-    /// Tells about parameters that the type of a material does not have.
-    fn tell_unread(&self, kind: &str, own: &Parameters, unknown: &[Unknown]) {
-        let Some(names) = materials::names(kind) else {
-            return;
-        };
-        let is_read = |name: &str| names.contains(&name) || matches!(name, "type" | "bumpmap");
-        let unread = own.iter().filter(|parameter| !is_read(parameter.name));
-        let unread = unread.map(|parameter| (parameter.name, &parameter.place));
-        for (name, place) in unread.chain(unknown.iter().map(|unknown| (unknown.name.as_str(), &unknown.place))) {
-            // many near misses take long to find
-            let hint = match self.files.warnings.is_full() {
-                true => String::new(),
-                false => hint(name, names.iter().copied()),
-            };
-            let what = format!(
-                "{} is not read: a material of type {} has no parameter of that name{hint}",
-                quote(name),
-                quote(kind),
-            );
-            self.files.warnings.add(place, what);
-        }
     }
 
     /// What the statement comes to, with the parameters of a shape before its own.
@@ -530,7 +507,7 @@ impl Reader {
             text += &format!("{}={:?} ", parameter.declared, parameter.values);
         }
         for parameter in shape.iter().chain(base.own.iter()) {
-            if let Ok(name) = parameter.string() {
+            if let Some(name) = parameter.as_str() {
                 let scalar = self.textures.scalars.get(name).map(|texture| texture.id);
                 let tone = self.textures.tones.get(name);
                 let material = self.named.get(name).map(Rc::as_ptr);

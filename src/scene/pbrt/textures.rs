@@ -38,7 +38,7 @@ pub(super) const NAMES: [&str; 11] = [
 
 impl Range {
     /// What an image or a noise is taken to hold.
-    const UNIT: Self = Self { min: 0.0, max: 1.0 };
+    pub(super) const UNIT: Self = Self { min: 0.0, max: 1.0 };
 
     pub(super) fn single(value: f64) -> Self {
         Self { min: value, max: value }
