@@ -155,12 +155,14 @@ impl<'a> Given<'a> {
         let texture = self.textures.tones.get(parameter.string()?);
         let Some(tone) = texture else {
             // tables do not depend on most colours, so that this is in nobody's way; pbrt goes on with the default, too
-            let hint = hint(parameter.string()?, self.textures.tones.names());
-            let what = format!(
-                "{} names no spectrum texture: its default counts{hint}",
-                parameter.declared
-            );
-            self.files.warnings.add(&parameter.place, what);
+            let name = parameter.string()?;
+            self.files.warnings.add_with(&parameter.place, || {
+                let hint = hint(name, self.textures.tones.names());
+                format!(
+                    "{} names no spectrum texture: its default counts{hint}",
+                    parameter.declared
+                )
+            });
             return Ok(None);
         };
         Ok(Some(Tint {

@@ -401,10 +401,10 @@ fn unsupported(kind: &str, mut build: Build<'_>) -> Result<Outcome, SceneError> 
                 (Effect::Metal, metallic.max > 0.0),
                 (Effect::Dielectric, metallic.min < 1.0),
                 (Effect::Diffuse, metallic.min < 1.0),
-                (Effect::Transmission, above("spectrans"),
-                (Effect::Anisotropy, above("anisotropic"),
-                (Effect::Sheen, above("sheen"),
-                (Effect::Clearcoat, above("clearcoat"),
+                (Effect::Transmission, above("spectrans")),
+                (Effect::Anisotropy, above("anisotropic")),
+                (Effect::Sheen, above("sheen")),
+                (Effect::Clearcoat, above("clearcoat")),
             ];
             asked
                 .into_iter()

@@ -302,7 +302,7 @@ fn what_no_scene_holds_is_refused_at_its_place() {
         ),
         (
             "Material \"metal\" \"rgb k\" [1 2 101]",
-            "1:27",
+            "1:26",
             "k = [1.0, 2.0, 101.0] is not allowed: k lies in [0, 100]",
         ),
         (
@@ -317,7 +317,7 @@ fn what_no_scene_holds_is_refused_at_its_place() {
         ),
         (
             "Material \"matte\" \"blackbody Kd\" [0 1]",
-            "1:32",
+            "1:33",
             "the temperature of a blackbody lies in",
         ),
     ] {
