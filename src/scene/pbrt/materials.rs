@@ -4,7 +4,7 @@
 //! range; bump maps change normals and no table.
 
 use super::build::{Build, Colour, Outcome, is_coloured, merged, spectrum};
-use super::statements::Definition;
+use super::definitions::Definition;
 use super::textures::Range;
 use super::tokens::quote;
 use crate::bxdf::{FresnelSpecular, Lambertian, OrenNayar, SpecularReflection, SpecularTransmission, Transport};

@@ -4,6 +4,7 @@
 //! passed over as they are read, so that a scene of tens of megabytes takes seconds and no memory to speak of.
 
 mod build;
+mod definitions;
 mod directives;
 mod lookup;
 mod materials;
@@ -21,8 +22,9 @@ use super::error::SceneError;
 use super::library::Library;
 use super::{Material, Scene, read_at_most, too_large};
 use crate::regular;
+use definitions::Definition;
 use lookup::{Files, Warnings};
-use statements::{Definition, Reader};
+use statements::Reader;
 use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::io::Read;

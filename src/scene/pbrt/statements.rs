@@ -1,17 +1,16 @@
 //! The graphics state: which material is current at each shape.
 
-use super::build::{Build, Outcome, Statement};
+use super::definitions::Definition;
 use super::directives::{Directive, directive, skip, string};
-use super::lookup::{Files, Given, hint};
-use super::materials::{self, material};
-use super::parameters::{Parameters, Unknown, parameters};
+use super::lookup::Files;
+use super::materials;
+use super::parameters::parameters;
 use super::scopes::Scopes;
 use super::textures::{self, Textures};
-use super::tokens::{Lexer, Place, Source, Token, quote};
-use super::{LARGEST, include, unread};
+use super::tokens::{Lexer, Place, Source, Token, What, quote};
+use super::{LARGEST, include};
 use crate::scene::error::SceneError;
-use crate::scene::{MOST_MATERIALS, too_large};
-use std::cell::{Cell, RefCell};
+use crate::scene::too_large;
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -20,48 +19,27 @@ use std::rc::Rc;
 const DEEPEST: usize = 1 << 16;
 /// Most files that are open at once.
 const MOST_FILES: usize = 16;
-/// Longest name of a material, in bytes.
-const LONGEST_NAME: usize = 4096;
-
-/// A material that some statement defines.
-pub(super) struct Definition {
-    /// What people know it by: its name, or its type and line.
-    pub(super) label: String,
-    pub(super) statement: Statement,
-    pub(super) outcome: Outcome,
-    /// Its type.
-    kind: String,
-    own: Parameters,
-    /// Those that a mixture is made of.
-    pub(super) parts: Vec<Rc<Definition>>,
-    /// Levels of mixtures within it.
-    depth: usize,
-    /// Whether a shape of the scene has it.
-    pub(super) used: Cell<bool>,
-    /// Variants by the parameters of shapes, under the text of those.
-    variants: RefCell<HashMap<String, Rc<Definition>>>,
-}
 
 /// Reads a scene statement by statement.
 pub(super) struct Reader {
     pub(super) files: Files,
     /// In the order of the scene.
     pub(super) definitions: Vec<Rc<Definition>>,
-    default: Rc<Definition>,
-    current: Rc<Definition>,
-    named: Scopes<Rc<Definition>>,
-    textures: Textures,
+    pub(super) default: Rc<Definition>,
+    pub(super) current: Rc<Definition>,
+    pub(super) named: Scopes<Rc<Definition>>,
+    pub(super) textures: Textures,
     /// The materials that are current again when attributes end.
     outer: Vec<(Rc<Definition>, Place)>,
     world: World,
     /// Materials of the shapes of each object until the object is used.
     objects: HashMap<String, Object>,
-    /// The object that is being defined, and how many attributes were open before.
+    /// The object that is being defined.
     object: Option<String>,
     /// Files that are open, by their true names.
     open: Vec<PathBuf>,
     bytes: usize,
-    source: String,
+    pub(super) source: String,
 }
 
 /// The materials of an object.
@@ -83,42 +61,19 @@ enum World {
 
 impl Reader {
     pub(super) fn new(source: &Rc<Source>, files: Files) -> Result<Self, SceneError> {
-        let own = Parameters::default();
-        let statement = Statement {
-            what: "the default material, matte".to_owned(),
-            place: Lexer::new(source.clone()).place(&Token {
-                what: super::tokens::What::Word,
-                span: 0..0,
-                line: 1,
-            }),
-            implied: true,
+        let start = Token {
+            what: What::Word,
+            span: 0..0,
+            line: 1,
         };
-        let textures = Textures::default();
-        let given = Given {
-            shape: None,
-            own: &own,
-            textures: &textures,
-            files: &files,
-        };
-        let outcome = material("matte", Build::new(given, &statement), &[])?;
-        let default = Rc::new(Definition {
-            label: "default matte".to_owned(),
-            statement,
-            outcome,
-            kind: "matte".to_owned(),
-            own,
-            parts: Vec::new(),
-            depth: 0,
-            used: Cell::new(false),
-            variants: RefCell::default(),
-        });
+        let default = Rc::new(Definition::default(Lexer::new(source.clone()).place(&start), &files)?);
         Ok(Self {
             files,
             definitions: vec![default.clone()],
             current: default.clone(),
             default,
             named: Scopes::default(),
-            textures,
+            textures: Textures::default(),
             outer: Vec::new(),
             world: World::Before,
             objects: HashMap::new(),
@@ -283,143 +238,6 @@ impl Reader {
         self.read(source, path)
     }
 
-    fn material(&mut self, lexer: &mut Lexer, place: &Place) -> Result<(), SceneError> {
-        let (kind, _) = string(lexer, "the type of a material in quotes follows, such as \"matte\"")?;
-        let (own, unknown) = parameters(lexer, &materials::NAMES)?;
-        let shown = if kind.is_empty() { "none" } else { &kind };
-        let definition = self.define(
-            format!("{} at {}", quote(shown), place.label()),
-            Statement {
-                what: format!("Material \"{}\"", quote(&kind)),
-                place: place.clone(),
-                implied: false,
-            },
-            kind,
-            own,
-            &unknown,
-        )?;
-        self.current = definition;
-        Ok(())
-    }
-
-    fn make_named(&mut self, lexer: &mut Lexer, place: &Place) -> Result<(), SceneError> {
-        let (name, token) = string(lexer, "the name of a material in quotes follows")?;
-        if name.trim().is_empty() {
-            return Err(lexer
-                .place(&token)
-                .refuse("the name of a material is not allowed to be empty"));
-        }
-        if name.len() > LONGEST_NAME {
-            return Err(lexer.place(&token).refuse(format!(
-                "\"{}\" is not allowed: the name of a material has at most {LONGEST_NAME} bytes",
-                quote(&name)
-            )));
-        }
-        let (own, unknown) = parameters(lexer, &materials::NAMES)?;
-        let kind = own.get("type", super::parameters::Family::String);
-        let Some(kind) = kind else {
-            let message = format!(
-                "MakeNamedMaterial \"{}\" has no type: it follows as \"string type\" \"matte\" or the like",
-                quote(&name)
-            );
-            return Err(lexer.place(&token).refuse(message));
-        };
-        let kind = kind.string()?.to_owned();
-        let statement = Statement {
-            what: format!("MakeNamedMaterial \"{}\" of type {}", quote(&name), quote(&kind)),
-            place: place.clone(),
-            implied: false,
-        };
-        let definition = self.define(name.clone(), statement, kind, own, &unknown)?;
-        self.named.define(&name, definition);
-        Ok(())
-    }
-
-    fn named(&mut self, lexer: &mut Lexer) -> Result<(), SceneError> {
-        let (name, token) = string(lexer, "the name of a material in quotes follows")?;
-        self.current = self.find(&name, &lexer.place(&token))?;
-        Ok(())
-    }
-
-    fn find(&self, name: &str, place: &Place) -> Result<Rc<Definition>, SceneError> {
-        self.named.get(name).cloned().ok_or_else(|| {
-            place.refuse(format!(
-                "\"{}\" is not allowed: no MakeNamedMaterial before it in this scope has that name{}",
-                quote(name),
-                hint(name, self.named.names())
-            ))
-        })
-    }
-
-    fn define(
-        &mut self,
-        label: String,
-        statement: Statement,
-        kind: String,
-        own: Parameters,
-        unknown: &[Unknown],
-    ) -> Result<Rc<Definition>, SceneError> {
-        if self.definitions.len() > MOST_MATERIALS {
-            return Err(too_large(&self.source, "materials", MOST_MATERIALS));
-        }
-        unread::tell(&kind, &own, unknown, &self.files.warnings);
-        let definition = Rc::new(self.evaluated(label, statement, kind, own, None)?);
-        self.definitions.push(definition.clone());
-        Ok(definition)
-    }
-
-    /// What the statement comes to, with the parameters of a shape before its own.
-    fn evaluated(
-        &self,
-        label: String,
-        statement: Statement,
-        kind: String,
-        own: Parameters,
-        shape: Option<(&Definition, &Parameters)>,
-    ) -> Result<Definition, SceneError> {
-        let given = Given {
-            shape: shape.map(|(_, parameters)| parameters),
-            own: shape.map_or(&own, |(base, _)| &base.own),
-            textures: &self.textures,
-            files: &self.files,
-        };
-        let parts = match kind.as_str() {
-            "mix" => self.parts(&given, &statement)?,
-            _ => Vec::new(),
-        };
-        let depth = parts.iter().map(|part| part.depth + 1).max().unwrap_or(0);
-        if depth > materials::DEEPEST_MIX {
-            return Err(statement.place.refuse(format!(
-                "this mixture is not allowed: at most {} lie within one another",
-                materials::DEEPEST_MIX
-            )));
-        }
-        let outcome = material(&kind, Build::new(given, &statement), &parts)?;
-        Ok(Definition {
-            label,
-            statement,
-            outcome,
-            kind,
-            own,
-            parts,
-            depth,
-            used: Cell::new(false),
-            variants: RefCell::default(),
-        })
-    }
-
-    /// The two materials of a mixture.
-    fn parts(&self, given: &Given<'_>, statement: &Statement) -> Result<Vec<Rc<Definition>>, SceneError> {
-        let part = |name| {
-            let Some((part, parameter)) = given.string(name)? else {
-                let message = format!("{} has no {name}: a mixture names its two materials", statement.what);
-                return Err(statement.place.refuse(message));
-            };
-            self.find(part, &parameter.place)
-        };
-        Ok(vec![part("namedmaterial1")?, part("namedmaterial2")?])
-    }
-
     fn texture(&mut self, lexer: &mut Lexer) -> Result<(), SceneError> {
         let (name, _) = string(lexer, "the name of a texture in quotes follows")?;
         let (values, token) = string(lexer, "\"float\" or \"spectrum\" follows the name of a texture")?;
@@ -458,63 +276,6 @@ impl Reader {
             }
         }
         Ok(())
-    }
-
-    /// The material `base` with the parameters of a shape in the place of its own.
-    fn variant(
-        &mut self,
-        base: &Rc<Definition>,
-        shape: &Parameters,
-        place: &Place,
-    ) -> Result<Rc<Definition>, SceneError> {
-        let text = self.meaning(base, shape);
-        if let Some(known) = base.variants.borrow().get(&text) {
-            return Ok(known.clone());
-        }
-        if self.definitions.len() > MOST_MATERIALS {
-            return Err(too_large(&self.source, "materials", MOST_MATERIALS));
-        }
-        let label = format!("{}, shape at {}", base.label, place.label());
-        let statement = Statement {
-            implied: false,
-            ..base.statement.clone()
-        };
-        let statement = match base.statement.implied {
-            true => Statement {
-                what: "Shape with the default material, matte".to_owned(),
-                place: place.clone(),
-                ..statement
-            },
-            false => statement,
-        };
-        let definition = self.evaluated(
-            label,
-            statement,
-            base.kind.clone(),
-            Parameters::default(),
-            Some((base, shape)),
-        )?;
-        let definition = Rc::new(definition);
-        self.definitions.push(definition.clone());
-        base.variants.borrow_mut().insert(text, definition.clone());
-        Ok(definition)
-    }
-
-    /// The parameters of `shape`, and what the names among them and those of `base` stand for here.
-    fn meaning(&self, base: &Definition, shape: &Parameters) -> String {
-        let mut text = String::new();
-        for parameter in shape.iter() {
-            text += &format!("{}={:?} ", parameter.declared, parameter.values);
-        }
-        for parameter in shape.iter().chain(base.own.iter()) {
-            if let Some(name) = parameter.as_str() {
-                let scalar = self.textures.scalars.get(name).map(|texture| texture.id);
-                let tone = self.textures.tones.get(name);
-                let material = self.named.get(name).map(Rc::as_ptr);
-                text += &format!("{scalar:?}{tone:?}{material:?} ");
-            }
-        }
-        text
     }
 
     fn instance(&mut self, lexer: &mut Lexer) -> Result<(), SceneError> {

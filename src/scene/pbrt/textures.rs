@@ -199,12 +199,8 @@ mod tests {
         assert_eq!(range(0.0, 1.0).times(Range::single(0.25)), range(0.0, 0.25));
         let mixed = range(0.0, 0.5).mixed(Range::single(1.0), range(0.25, 0.5));
         assert_eq!(mixed, range(0.25, 0.75));
-        assert_eq!(
-            Range::single(0.2)
-                .mixed(Range::single(0.4), Range::single(0.5))
-                .is_single(),
-            true
-        );
+        let mixed = Range::single(0.2).mixed(Range::single(0.4), Range::single(0.5));
+        assert!(mixed.is_single());
         assert_eq!(range(0.0, 1.0).together(range(-1.0, 0.5)), range(-1.0, 1.0));
     }
 }

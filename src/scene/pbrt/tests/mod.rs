@@ -1,5 +1,6 @@
 //! Scenes of pbrt from their text.
 
+mod files;
 mod hostile;
 mod materials;
 mod state;
