@@ -85,6 +85,6 @@ fn what_cannot_be_read_says_where() {
     let output = furnace(&["plan", "room.PBRT"], directory.path());
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{stderr}");
-    let place = "geometry/floor.pbrt:2:26: Kd = [1.5, 0.0, 0.0] is not allowed: Kd lies in [0, 1]";
+    let place = "geometry/floor.pbrt:2:27: Kd = [1.5, 0.0, 0.0] is not allowed: Kd lies in [0, 1]";
     assert!(stderr.contains(place), "{stderr}");
 }
