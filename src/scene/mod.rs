@@ -12,6 +12,7 @@ mod error;
 mod facets;
 mod gltf;
 mod library;
+mod pbrt;
 mod reader;
 #[cfg(test)]
 mod refusals;
@@ -116,7 +117,7 @@ impl Scene {
         }
     }
 
-    /// Reads the scene file at `path`.
+    /// Reads the scene file at `path`: one of pbrt 3 if its name ends in `.pbrt`, of at most 64 MiB, and TOML if not.
     ///
     /// A file that begins with `glTF`, or whose name ends in `.glb`, is binary glTF 2.0, and one whose name ends in `.gltf` is
     /// glTF 2.0 in text: of these the materials are read that something uses, and no buffers or images are looked for. Any
@@ -129,6 +130,9 @@ impl Scene {
     /// glTF [`SceneError::Refused`] for what is not JSON, [`SceneError::Misfit`] for what keeps a material in use from being
     /// known, [`SceneError::TooLarge`] beyond 256 MiB of text, 64 MiB of JSON in a binary file, or 65536 materials.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
+        if pbrt::is_named(path) {
+            return pbrt::load(path);
+        }
         let source = path.display().to_string();
         let unreadable = |reason| SceneError::Unreadable {
             path: source.clone(),
