@@ -74,7 +74,10 @@ fn compared(text: &str, request: Request, tolerance: Option<f64>) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for table in &plan.tables {
         let [said, taken] = match tolerance {
-            None => [forecast(table).unwrap().seconds, alone(|| fill(table, &|_| {}).unwrap()).1],
+            None => [
+                forecast(table).unwrap().seconds,
+                alone(|| fill(table, &|_| {}).unwrap()).1,
+            ],
             Some(tolerance) => {
                 let chooser = Chooser::new(table, Wish::within(tolerance)).unwrap();
                 let choice = chooser.choice(tolerance, Storage::F32);
@@ -82,7 +85,11 @@ fn compared(text: &str, request: Request, tolerance: Option<f64>) -> [f64; 2] {
                 [said, alone(|| fill_within(&chooser, &|_| {}).unwrap()).1]
             }
         };
-        println!("  {} {said:.3} s said, {taken:.3} s taken: {:.2}", table.id, taken / said);
+        println!(
+            "  {} {said:.3} s said, {taken:.3} s taken: {:.2}",
+            table.id,
+            taken / said
+        );
         sums[0] += said;
         sums[1] += taken;
     }
@@ -114,7 +121,10 @@ fn times_are_known_within_a_factor_of_two() {
                 continue;
             }
             let [said, taken] = compared(text, request, tolerance);
-            println!("{name}, {kind}: {said:.2} s said, {taken:.2} s taken: {:.2}", taken / said);
+            println!(
+                "{name}, {kind}: {said:.2} s said, {taken:.2} s taken: {:.2}",
+                taken / said
+            );
             if !(0.5..=2.0).contains(&(taken / said)) {
                 off.push(format!("{name}, {kind}: {said:.3} s said, {taken:.3} s taken"));
             }

@@ -190,7 +190,7 @@ fn load(path: Option<&Path>) -> Result<Scene, Failure> {
     };
     let scene = Scene::load(path)?;
     for warning in &scene.warnings {
-        format::note(format!("{}: {warning}", scene.source));
+        format::complain(format!("warning: {}: {warning}", scene.source));
     }
     let is_black = |material: &Material| material.model.at(None).is_ok_and(|model| model.flags().is_empty());
     if !scene.materials.is_empty() && scene.materials.iter().all(is_black) {
@@ -243,11 +243,7 @@ fn in_pool<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T, Fai
 
 impl Common {
     fn load(&self) -> Result<Scene, Failure> {
-        let scene = load(self.scene.as_deref())?;
-        for warning in &scene.warnings {
-            format::complain(format!("warning: {warning}"));
-        }
-        Ok(scene)
+        load(self.scene.as_deref())
     }
 
     /// Deterministic estimators draw no samples; who fixes their number gets told.

@@ -117,18 +117,19 @@ impl Scene {
         }
     }
 
-    /// Reads the scene file at `path`: one of pbrt 3 if its name ends in `.pbrt`, of at most 64 MiB, and TOML if not.
+    /// Reads the scene file at `path`.
     ///
-    /// A file that begins with `glTF`, or whose name ends in `.glb`, is binary glTF 2.0, and one whose name ends in `.gltf` is
-    /// glTF 2.0 in text: of these the materials are read that something uses, and no buffers or images are looked for. Any
-    /// other file is TOML.
+    /// One whose name ends in `.pbrt` is a scene of pbrt 3. One that begins with `glTF`, or whose name ends in `.glb`, is binary
+    /// glTF 2.0, and one that begins with a brace, or whose name ends in `.gltf`, is glTF 2.0 in text. Of all of these the
+    /// materials are read that something uses, and no buffers, images or meshes are looked for. Any other file is TOML.
     ///
     /// It may be a pipe, of which no more is read than the format allows; the data files that a scene names are regular files.
     ///
     /// # Errors
     /// [`SceneError`] when the file cannot be read, is not UTF-8, is larger than 16 MiB or is refused by [`Scene::parse`]. Of
     /// glTF [`SceneError::Refused`] for what is not JSON, [`SceneError::Misfit`] for what keeps a material in use from being
-    /// known, [`SceneError::TooLarge`] beyond 256 MiB of text, 64 MiB of JSON in a binary file, or 65536 materials.
+    /// known, [`SceneError::TooLarge`] beyond 256 MiB of text, 64 MiB of JSON in a binary file, or 65536 materials. Scenes of
+    /// pbrt have at most 64 MiB, with all that they include.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         if pbrt::is_named(path) {
             return pbrt::load(path);
@@ -219,6 +220,8 @@ impl Format {
             _ if head.starts_with(gltf::MAGIC) => Self::Glb,
             Some("glb") => Self::Glb,
             Some("gltf") => Self::Gltf,
+            // no TOML begins so
+            _ if head.trim_ascii_start().starts_with(b"{") => Self::Gltf,
             _ => Self::Toml,
         }
     }

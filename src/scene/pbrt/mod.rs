@@ -26,7 +26,7 @@ use definitions::Definition;
 use lookup::{Files, Warnings};
 use statements::Reader;
 use std::collections::{HashMap, HashSet};
-use std::fs;
+use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -47,7 +47,8 @@ pub(super) fn is_named(path: &Path) -> bool {
 /// [`SceneError`] when the file cannot be read, is larger than 64 MiB, is not UTF-8, or is refused by [`scene`].
 pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
     let source = path.display().to_string();
-    let bytes = read_at_most(path, LARGEST).map_err(|reason| SceneError::Unreadable {
+    let bytes = File::open(path).and_then(|file| read_at_most(Vec::new(), &file, LARGEST));
+    let bytes = bytes.map_err(|reason| SceneError::Unreadable {
         path: source.clone(),
         reason,
     })?;
