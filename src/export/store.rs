@@ -23,12 +23,11 @@ use super::read::{Contents, read_exr};
 use super::write::{PART, create_dir, sync_dir, write_checked_later, write_whole};
 use super::{ExportError, FORMAT, VERSION, sha256_hex, shown};
 use crate::printable::printable;
-use crate::regular;
 use crate::table::Table;
-use entries::{Found, entry_name, link_or_copy, short};
+use entries::{Found, entry_name, holds, is_in_place, link_or_copy, short};
 use std::collections::{HashMap, HashSet};
 use std::fs::{self, File, TryLockError};
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use thiserror::Error;
@@ -374,23 +373,6 @@ pub fn file_name(id: &str) -> String {
 fn entry_of(manifest: &Manifest, entry: &TableEntry) -> String {
     let key = manifest.requests.get(&entry.id).map_or("", String::as_str);
     entry_name(key, &entry.sha256)
-}
-
-/// Whether the file at `path` is the one that `entry` speaks of.
-fn is_in_place(path: &Path, entry: &TableEntry) -> bool {
-    content(path, entry.bytes).is_some_and(|bytes| sha256_hex(&bytes) == entry.sha256)
-}
-
-/// Whether the regular file at `path` holds `bytes` and nothing else.
-fn holds(path: &Path, bytes: &[u8]) -> bool {
-    content(path, bytes.len() as u64).is_some_and(|found| found == bytes)
-}
-
-/// What the regular file at `path` holds, if it is that long.
-fn content(path: &Path, length: u64) -> Option<Vec<u8>> {
-    let (file, _) = regular::open(path).ok().filter(|(_, found)| *found == length)?;
-    let mut bytes = Vec::new();
-    file.take(length).read_to_end(&mut bytes).ok().map(|_| bytes)
 }
 
 /// Keeps others out for as long as the file is open. Where the system knows no such locks, which some network drives do not,

@@ -6,7 +6,7 @@ use super::directory::{
 };
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use whitefurnace::export::manifest::Manifest;
 use whitefurnace::export::store::CACHE;
@@ -117,8 +117,15 @@ fn bakes_killed_while_files_take_their_names_leave_whole_files() {
     let mut between = 0;
     for kill in 0..kills() {
         prepare();
-        let mut child = bake(&scene, &out).spawn().unwrap();
-        std::thread::sleep(length.mul_f64(0.4 + 0.6 * random.uniform()));
+        // nobody reads the report, which is longer than a pipe holds
+        let mut child = bake(&scene, &out).stdout(Stdio::null()).spawn().unwrap();
+        if kill % 2 == 0 {
+            std::thread::sleep(length.mul_f64(0.4 + 0.6 * random.uniform()));
+        } else {
+            // the renames take the last few milliseconds, and begin when the manifest goes
+            while out.join("manifest.json").exists() && child.try_wait().unwrap().is_none() {}
+            std::thread::sleep(Duration::from_secs_f64(2e-3 * random.uniform()));
+        }
         child.kill().unwrap();
         child.wait().unwrap();
         let what = format!("kill {kill}");
@@ -131,6 +138,7 @@ fn bakes_killed_while_files_take_their_names_leave_whole_files() {
         "{between} of {} kills fell between the first rename and the last",
         kills()
     );
+    assert!(between > 0, "no kill fell between the renames");
 }
 
 /// Every state between the first rename and the last, set up by hand: the next bake computes nothing and does all renames.

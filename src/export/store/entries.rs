@@ -1,10 +1,12 @@
 //! The files of the cache: their names, how they come and go.
 
 use crate::export::manifest::{self, Manifest};
+use crate::export::sha256_hex;
 use crate::export::write::PART;
+use crate::regular;
 use std::collections::HashSet;
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -122,6 +124,23 @@ pub(super) fn link_or_copy(from: &Path, to: &Path) -> io::Result<()> {
 /// A copy under the name `to`, which must be free.
 pub(super) fn copy(from: &Path, to: &Path) -> io::Result<()> {
     io::copy(&mut File::open(from)?, &mut File::create_new(to)?).map(drop)
+}
+
+/// Whether the file at `path` is the one that `entry` speaks of.
+pub(super) fn is_in_place(path: &Path, entry: &manifest::TableEntry) -> bool {
+    content(path, entry.bytes).is_some_and(|bytes| sha256_hex(&bytes) == entry.sha256)
+}
+
+/// Whether the regular file at `path` holds `bytes` and nothing else.
+pub(super) fn holds(path: &Path, bytes: &[u8]) -> bool {
+    content(path, bytes.len() as u64).is_some_and(|found| found == bytes)
+}
+
+/// What the regular file at `path` holds, if it is that long.
+fn content(path: &Path, length: u64) -> Option<Vec<u8>> {
+    let (file, _) = regular::open(path).ok().filter(|(_, found)| *found == length)?;
+    let mut bytes = Vec::new();
+    file.take(length).read_to_end(&mut bytes).ok().map(|_| bytes)
 }
 
 /// Drops entries, those first that were used longest ago, until all that are not among `used` take `limit` bytes at most.

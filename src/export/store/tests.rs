@@ -219,7 +219,7 @@ fn leftovers_of_other_layouts_are_not_trusted() {
     assert_eq!(store.find(&key("one"), "a", &|_| true), Lookup::default());
 }
 
-/// Two renames of which the second fails, after the first: what is in place then has no manifest. Before it: nothing happened.
+/// A table that has vanished is met before the first name changes hands, and the next try goes through.
 #[test]
 fn nothing_is_replaced_unless_everything_can_be() {
     let directory = tempfile::tempdir().unwrap();
