@@ -98,7 +98,7 @@ impl Choice {
 }
 
 /// Sheets that are computed until one has the size that is wanted.
-const SHEETS: f64 = 2.0;
+const SHEETS: f64 = 2.5;
 
 /// Share of the tolerance that texels computed by rules may be off: 5 per cent cost 3 per cent more texels along each axis.
 const TEXEL_SHARE: f64 = 0.05;
