@@ -1,8 +1,8 @@
 //! Killed at any moment, a bake leaves whole files only, and the next one goes on and ends with the same bytes.
 
 use super::directory::{
-    Files, assert_finished, assert_whole, bake, begun, cached, closed_forms, entry_name, errors, files, good,
-    long_scene, quick_directory, refused, scene,
+    Files, assert_finished, assert_whole, bake, begun, cached, entry_name, errors, files, good, long_scene,
+    quick_directory, refused, scene, single_texels,
 };
 use std::fs;
 use std::path::Path;
@@ -87,17 +87,17 @@ fn killed_bakes_leave_whole_files_and_end_with_the_same_bytes() {
 fn bakes_killed_while_files_take_their_names_leave_whole_files() {
     let directory = quick_directory();
     let path = |name: &str| directory.path().join(name);
-    const COUNT: usize = 400;
-    let scene = closed_forms(directory.path(), "s.toml", COUNT, 0.5);
+    const COUNT: usize = 800;
+    let scene = single_texels(directory.path(), "s.toml", COUNT, 0.5);
     let (before, _) = reference(&scene, &path("before"));
-    closed_forms(directory.path(), "s.toml", COUNT, 0.75);
+    single_texels(directory.path(), "s.toml", COUNT, 0.75);
     let (after, _) = reference(&scene, &path("after"));
     // all tables of the new bake are kept: a directory in the place of one of them is in the way of the renames
     let (out, kept_files) = (path("out"), path("kept"));
-    fs::create_dir_all(out.join("m7.rho_hd.exr")).unwrap();
+    fs::create_dir_all(out.join("m7.specular.rho_hh.exr")).unwrap();
     let message = refused(bake(&scene, &out));
-    assert!(message.contains("m7.rho_hd.exr"), "{message}");
-    assert_eq!(cached(&out).len(), 2 * COUNT);
+    assert!(message.contains("m7.specular.rho_hh.exr"), "{message}");
+    assert_eq!(cached(&out).len(), COUNT);
     fs::rename(out.join(CACHE), &kept_files).unwrap();
     let prepare = || {
         drop(fs::remove_dir_all(&out));
