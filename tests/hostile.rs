@@ -98,13 +98,17 @@ const NAMES: [&str; 16] = [
     "manifest.json",
 ];
 
-/// A scene of white materials with these names, quoted as TOML wants it.
+/// A scene of white materials with these names, quoted as TOML wants it, each with tables of its own.
 fn white(names: &[&str]) -> String {
-    let quoted = |name: &&str| {
+    let quoted = |(index, name): (usize, &&str)| {
         let units: String = name.chars().map(|c| format!("\\U{:08x}", u32::from(c))).collect();
-        format!("[[material]]\nname = \"{units}\"\nbxdf = {{ type = \"lambertian\", reflectance = 0.5 }}\n")
+        let kappa = index + 1;
+        format!(
+            "[[material]]\nname = \"{units}\"\nbxdf = {{ type = \"microfacet\", distribution = {{ type = \"vmf\", kappa = {kappa} \
+             }}, masking = \"v-groove\", fresnel = \"none\" }}\n"
+        )
     };
-    names.iter().map(quoted).collect()
+    names.iter().enumerate().map(quoted).collect()
 }
 
 /// Every file and directory below `directory`.
