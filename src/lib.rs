@@ -4,7 +4,7 @@
 //!
 //! | stage | module | takes | gives |
 //! | --- | --- | --- | --- |
-//! | scene | [`scene`] | a file, TOML or glTF 2.0 | materials, named models whose roughness may be a range |
+//! | scene | [`scene`] | a file: TOML, glTF 2.0 or pbrt-v3 | materials, named models whose roughness may be a range |
 //! | plan | [`plan`] | a scene | the tables that it calls for, with their axes |
 //! | integrate | [`integrate`] | a planned table | its texels, each with an error and a cost |
 //! | table | [`table`] | texels | a lookup, its error at and between texels, its range |
