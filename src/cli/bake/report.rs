@@ -50,11 +50,7 @@ pub(super) fn report(
     } else {
         format::say(format::table(&HEADER, &RIGHT, rows).to_string());
     }
-    for material in &plan.materials {
-        for gap in &material.gaps {
-            format::say(format!("\nnot covered: {}: {}: {}", material.name, gap.what, gap.why));
-        }
-    }
+    tell_gaps(plan);
     for finding in findings {
         format::say(format!("\nfinding: {finding}"));
     }
@@ -95,6 +91,28 @@ pub(super) fn report(
             directory.join(manifest::FILE_NAME).display()
         ));
         format::say("  README.md, \"Reading a table in a shader\"");
+    }
+}
+
+/// Most gaps that are told of; `furnace plan` has them all.
+const MOST_GAPS: usize = 40;
+
+/// What materials ask for and no table covers.
+fn tell_gaps(plan: &Plan) {
+    let gaps = plan.materials.iter();
+    let gaps = gaps.flat_map(|material| material.gaps.iter().map(move |gap| (material, gap)));
+    let lines: Vec<String> = gaps
+        .map(|(material, gap)| format!("not covered: {}: {}: {}", material.name, gap.what, gap.why))
+        .collect();
+    if !lines.is_empty() {
+        format::say("\n");
+    }
+    for line in lines.iter().take(MOST_GAPS) {
+        format::say(line);
+    }
+    if lines.len() > MOST_GAPS {
+        let more = format::count((lines.len() - MOST_GAPS) as u64);
+        format::say(format!("and {more} more of other materials, which furnace plan tells"));
     }
 }
 
