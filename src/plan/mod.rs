@@ -35,7 +35,7 @@ pub struct Request {
     pub mapping: Option<Mapping>,
     /// How the texels are computed.
     pub estimator: Estimator,
-    /// Largest absolute error of any texel; `None` for [`default_tolerance`] of each model.
+    /// Largest absolute error of any texel; `None` for [`crate::estimate::default_tolerance`] of each model.
     pub tolerance: Option<f64>,
     /// Fixed number of Monte Carlo samples instead of the tolerance.
     pub samples: Option<u64>,
