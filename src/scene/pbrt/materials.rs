@@ -424,6 +424,11 @@ fn unsupported(kind: &str, mut build: Build<'_>) -> Result<Outcome, SceneError> 
         true => "there are no tables for this material of pbrt: nothing of it is covered",
         false => "pbrt 3 has no material of this type: nothing of it is covered",
     };
-    build.gap(quote(kind), why);
+    let shown = quote(kind);
+    let what = match shown.trim() {
+        "" => format!("\"{shown}\""),
+        _ => shown,
+    };
+    build.gap(what, why);
     Ok(build.done(Vec::new()))
 }

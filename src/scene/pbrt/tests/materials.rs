@@ -368,3 +368,8 @@ fn materials_without_a_model_are_gaps() {
     let expected = [Effect::Metal, Effect::Dielectric, Effect::Diffuse, Effect::Clearcoat];
     assert_eq!(effects(&disney), expected);
 }
+
+#[test]
+fn gaps_of_blank_types_have_a_name() {
+    assert_eq!(gaps(&one("Material \" \"")), ["\" \""]);
+}
