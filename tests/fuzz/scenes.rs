@@ -75,15 +75,24 @@ fn well_told(material: &Material) {
     }
 }
 
-/// The types of the first materials.
+/// The types of the first materials, and what all of them call for.
 fn kinds(scene: &Scene) -> String {
-    let kinds: Vec<&str> = scene
+    let mut words: Vec<&str> = scene
         .materials
         .iter()
         .map(|material| material.model.type_name())
         .take(4)
         .collect();
-    kinds.join(" ")
+    let calls = scene.materials.iter().flat_map(|material| &material.calls);
+    let called: HashSet<Effect> = calls.map(|call| call.effect).collect();
+    // in few letters, as the beginning of the words tells answers apart
+    words.extend(
+        Effect::ALL
+            .iter()
+            .filter(|effect| called.contains(effect))
+            .map(|effect| &effect.name()[..3]),
+    );
+    words.join(" ")
 }
 
 /// Whether a model describes itself and has values that are numbers, at both ends of its range.

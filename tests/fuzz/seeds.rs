@@ -289,26 +289,32 @@ pub(crate) fn gltf() -> Vec<Vec<u8>> {
     vec![published, every, small]
 }
 
-/// The same in containers, with and without a chunk behind the JSON.
+/// Small containers, so that damage hits their headers: of JSON alone, and with chunks behind it.
 pub(crate) fn glb() -> Vec<Vec<u8>> {
+    let json = br#"{"asset":{"version":"2.0"},"materials":[{"name":"a"}]} "#;
     let chunk = |kind: &[u8; 4], data: &[u8]| [&(data.len() as u32).to_le_bytes(), &kind[..], data].concat();
-    let contained = |(index, mut json): (usize, Vec<u8>)| {
-        json.resize(json.len().next_multiple_of(4), b' ');
-        let binary = if index % 2 == 0 {
-            chunk(b"BIN\0", &[7; 8])
-        } else {
-            Vec::new()
-        };
-        let chunks = [chunk(b"JSON", &json), binary].concat();
+    let contained = |behind: &[u8]| {
+        let chunks = [&chunk(b"JSON", json), behind].concat();
         let length = 12 + chunks.len() as u32;
         [b"glTF", &2u32.to_le_bytes(), &length.to_le_bytes(), &chunks[..]].concat()
     };
-    gltf().into_iter().enumerate().map(contained).collect()
+    let binary = chunk(b"BIN\0", &[7; 8]);
+    let more = [&binary[..], &chunk(b"MORE", &[0; 4])].concat();
+    vec![contained(b""), contained(&binary), contained(&more)]
 }
 
+/// Every material together and each by itself, with the textures and materials that they refer to.
 pub(crate) fn pbrt() -> Vec<Vec<u8>> {
-    let every = include_bytes!("../data/corpus/pbrt/every-material.pbrt").to_vec();
-    vec![every, b"Material \"mirror\" Shape \"sphere\"\n".to_vec()]
+    let every = include_str!("../data/corpus/pbrt/every-material.pbrt");
+    let lines = |begins: &'static [&str]| {
+        let wanted = move |line: &&str| begins.iter().any(|begin| line.starts_with(begin));
+        every.lines().filter(wanted)
+    };
+    let definitions: Vec<&str> = lines(&["Texture", "MakeNamedMaterial"]).collect();
+    let definitions = definitions.join("\n");
+    let each = lines(&["Material"]).map(|line| format!("{definitions}\n{line}\nShape \"sphere\"\n").into_bytes());
+    let small = b"Material \"mirror\" Shape \"sphere\"\n".to_vec();
+    [every.as_bytes().to_vec(), small].into_iter().chain(each).collect()
 }
 
 pub(crate) fn merl() -> Vec<Vec<u8>> {
