@@ -325,8 +325,14 @@ fn the_format_follows_from_the_first_bytes_and_the_name() {
 fn texts_of_other_formats_are_read_without_a_file() {
     let json = br#"{"asset":{"version":"2.0"},"materials":[{"name":"gold"}]} "#;
     let length = json.len() as u32;
-    let header = [b"glTF", &2u32.to_le_bytes(), &(20 + length).to_le_bytes()].map(|word| word.as_slice());
-    let contained = [&header.concat(), &length.to_le_bytes(), &b"JSON"[..], json].concat();
+    let header = [
+        *b"glTF",
+        2u32.to_le_bytes(),
+        (20 + length).to_le_bytes(),
+        length.to_le_bytes(),
+    ]
+    .concat();
+    let contained = [&header[..], b"JSON", json].concat();
     for bytes in [&json[..], &contained] {
         let scene = Scene::parse_gltf(bytes, "some/ring.gltf").unwrap();
         assert_eq!(
