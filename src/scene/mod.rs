@@ -159,7 +159,8 @@ impl Scene {
                 })?;
                 Self::parse(text, &source)
             }
-            Format::Gltf => gltf::scene(&bytes, &source),
+            Format::Gltf => Self::parse_gltf(&bytes, &source),
+            // without the magic, too: its name calls for a message of what is missing
             Format::Glb => gltf::binary(&mut Cursor::new(bytes), &source),
         }
     }
@@ -186,6 +187,35 @@ impl Scene {
         }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         on_a_deep_stack(source, || reader::scene(text, source))
+    }
+
+    /// Reads the materials of glTF 2.0 from the bytes of its file: binary when they begin with `glTF`, else text. `source` is the
+    /// name of the file in messages, and its stem that of the scene; no other files are looked for.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUtf8`] and [`SceneError::Refused`] for what is not JSON, [`SceneError::Misfit`] for what keeps a material
+    /// in use from being known and for a container without JSON, [`SceneError::TooLarge`] beyond 256 MiB, 64 MiB of JSON in a
+    /// container, 65536 materials, or more values than describe so many.
+    pub fn parse_gltf(bytes: &[u8], source: &str) -> Result<Self, SceneError> {
+        if bytes.len() > gltf::LARGEST {
+            return Err(too_large(source, "bytes", gltf::LARGEST));
+        }
+        if bytes.starts_with(gltf::MAGIC) {
+            gltf::binary(&mut Cursor::new(bytes), source)
+        } else {
+            gltf::scene(bytes, source)
+        }
+    }
+
+    /// Reads the materials of a scene of pbrt 3 from its text; `source` is the name of its file, after whose stem the scene is
+    /// named and beside which the files are looked for that it includes or takes spectra from.
+    ///
+    /// # Errors
+    /// [`SceneError::Refused`] for text that is no scene of pbrt, unknown directives, names without a definition, files that
+    /// cannot be used, and parameters outside their legal ranges; [`SceneError::NotUtf8`] for an included file that is not;
+    /// [`SceneError::TooLarge`] beyond 64 MiB with all includes, or 65536 materials.
+    pub fn parse_pbrt(text: &str, source: &str) -> Result<Self, SceneError> {
+        pbrt::scene(text, source)
     }
 }
 

@@ -320,3 +320,33 @@ fn the_format_follows_from_the_first_bytes_and_the_name() {
         assert_eq!(Format::of(head, Path::new(name)), format, "{name}");
     }
 }
+
+#[test]
+fn texts_of_other_formats_are_read_without_a_file() {
+    let json = br#"{"asset":{"version":"2.0"},"materials":[{"name":"gold"}]} "#;
+    let length = json.len() as u32;
+    let header = [
+        *b"glTF",
+        2u32.to_le_bytes(),
+        (20 + length).to_le_bytes(),
+        length.to_le_bytes(),
+    ]
+    .concat();
+    let contained = [&header[..], b"JSON", json].concat();
+    for bytes in [&json[..], &contained] {
+        let scene = Scene::parse_gltf(bytes, "some/ring.gltf").unwrap();
+        assert_eq!(
+            (scene.name.as_str(), scene.materials[0].name.as_str()),
+            ("ring", "gold")
+        );
+    }
+    let error = Scene::parse_gltf(&contained[..30], "ring.glb").unwrap_err().to_string();
+    assert!(
+        error.contains("ring.glb") && error.contains("within the chunk of JSON"),
+        "{error}"
+    );
+    let scene = Scene::parse_pbrt("Material \"mirror\"\nShape \"sphere\"", "some/ring.pbrt").unwrap();
+    assert_eq!((scene.name.as_str(), scene.materials[0].line), ("ring", Some(1)));
+    let error = Scene::parse_pbrt("Bogus", "ring.pbrt").unwrap_err().to_string();
+    assert!(error.starts_with("ring.pbrt:1:1: unknown directive Bogus"), "{error}");
+}

@@ -11,6 +11,7 @@
 
 mod mutate;
 mod run;
+mod scenes;
 mod seeds;
 mod targets;
 

@@ -22,6 +22,8 @@ pub(crate) const CPU_SECONDS: f64 = 2.0;
 const LONGEST_MESSAGE: usize = 2000;
 /// Inputs that are mutated, at most.
 const POOL: usize = 2000;
+/// Refused inputs among them: from one with a mistake come those with two.
+const REFUSED: usize = 200;
 
 /// How a parser answered.
 pub(crate) struct Answer {
@@ -110,7 +112,7 @@ pub(crate) fn fuzz(target: &Target, mut pool: Vec<Vec<u8>>, time: Duration) -> T
         cell: target.name.bytes().map(u64::from).sum(),
         batch: 0,
     }));
-    let mut seen = HashSet::new();
+    let (mut seen, mut refused) = (HashSet::new(), 0);
     let mut tally = Tally {
         inputs: 0,
         taken: 0,
@@ -134,7 +136,9 @@ pub(crate) fn fuzz(target: &Target, mut pool: Vec<Vec<u8>>, time: Duration) -> T
         tally.taken += u64::from(answer.taken);
         tally.slowest = tally.slowest.max(answer.seconds);
         tally.largest = tally.largest.max((answer.memory, input.len()));
-        if seen.insert(kind(&answer)) && index >= known && pool.len() < POOL {
+        let is_new = seen.insert(kind(&answer)) && index >= known;
+        if is_new && pool.len() < POOL && (answer.taken || refused < REFUSED) {
+            refused += usize::from(!answer.taken);
             pool.push(input);
         }
     }

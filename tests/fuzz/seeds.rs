@@ -58,6 +58,134 @@ pub(crate) const SCENE_WORDS: [&str; 44] = [
     "# ",
 ];
 
+pub(crate) const GLTF_WORDS: [&str; 60] = [
+    "{",
+    "}",
+    "[",
+    "]",
+    ",",
+    ":",
+    "{},",
+    "null",
+    "true",
+    "\"\"",
+    "\"\\u0000\\u202e\"",
+    "\"\\ud800\"",
+    "\"\\ue000\": {},",
+    "1e999",
+    "1e300",
+    "5e-324",
+    "[0, 0, 0]",
+    "[1, 1, 1, 1]",
+    "\"asset\": {\"version\": \"2.0\"},",
+    "\"minVersion\": \"2.0\",",
+    "\"materials\": [",
+    "\"meshes\": [{\"primitives\": [",
+    "\"material\": 1",
+    "\"attributes\": {\"TANGENT\": 0}",
+    "\"extensionsUsed\": [",
+    "\"extensionsRequired\": [",
+    "\"extensions\": {",
+    "\"extras\": ",
+    "\"name\": \"gold (2)\",",
+    "\"textures\": [{}],",
+    "{\"index\": 0}",
+    "\"pbrMetallicRoughness\": {",
+    "\"baseColorFactor\": ",
+    "\"metallicFactor\": 0.5,",
+    "\"roughnessFactor\": 0,",
+    "\"metallicRoughnessTexture\": {\"index\": 0},",
+    "\"normalTexture\": {\"index\": 0},",
+    "\"KHR_materials_anisotropy\": {\"anisotropyStrength\": 1},",
+    "\"KHR_materials_clearcoat\": {\"clearcoatFactor\": 1},",
+    "\"KHR_materials_dispersion\": {\"dispersion\": 0.1},",
+    "\"KHR_materials_emissive_strength\": {\"emissiveStrength\": 2},",
+    "\"KHR_materials_ior\": {\"ior\": 0},",
+    "\"KHR_materials_ior\": {\"ior\": 1e300},",
+    "\"KHR_materials_iridescence\": {\"iridescenceFactor\": 1},",
+    "\"KHR_materials_sheen\": {\"sheenColorFactor\": [1, 0, 0]},",
+    "\"KHR_materials_specular\": {\"specularFactor\": 0.5},",
+    "\"specularColorFactor\": [1e300, 0, 1]",
+    "\"KHR_materials_pbrSpecularGlossiness\": {\"glossinessFactor\": 0.5},",
+    "\"specularGlossinessTexture\": {\"index\": 0}",
+    "\"KHR_materials_transmission\": {\"transmissionFactor\": 1},",
+    "\"transmissionTexture\": {\"index\": 0}",
+    "\"KHR_materials_unlit\": {},",
+    "\"KHR_materials_variants\": {\"mappings\": [{\"material\": 0}]},",
+    "\"KHR_materials_volume\": {},",
+    "\"VENDOR_unknown\": {},",
+    "glTF\u{2}\0\0\0",
+    "JSON",
+    "BIN\0",
+    "\u{8}\0\0\0BIN\0",
+    "\u{feff}",
+];
+
+pub(crate) const PBRT_WORDS: [&str; 62] = [
+    "WorldBegin\n",
+    "WorldEnd\n",
+    "AttributeBegin\n",
+    "AttributeEnd\n",
+    "ObjectBegin \"o\"\n",
+    "ObjectEnd\n",
+    "ObjectInstance \"o\"\n",
+    "Shape \"sphere\"\n",
+    "Include \"tests/data/corpus/pbrt/included.pbrt\"\n",
+    "Include \".\"\n",
+    "Material \"\"\n",
+    "Material \"matte\"\n",
+    "Material \"plastic\"\n",
+    "Material \"metal\"\n",
+    "Material \"glass\"\n",
+    "Material \"mirror\"\n",
+    "Material \"uber\"\n",
+    "Material \"substrate\"\n",
+    "Material \"translucent\"\n",
+    "Material \"disney\"\n",
+    "Material \"subsurface\"\n",
+    "Material \"\u{7}\u{202e}\"\n",
+    "Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\"\n",
+    "MakeNamedMaterial \"a\" \"string type\" \"uber\"\n",
+    "MakeNamedMaterial \"b\" \"string type\" \"mix\"\n",
+    "NamedMaterial \"a\"\n",
+    "Texture \"t\" \"float\" \"imagemap\"\n",
+    "Texture \"t\" \"spectrum\" \"imagemap\"\n",
+    "Texture \"t\" \"float\" \"scale\" \"float tex1\" 1e200 \"texture tex2\" \"t\"\n",
+    "Texture \"t\" \"float\" \"mix\" \"texture tex1\" \"t\" \"float tex2\" -1\n",
+    "Transform [ 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 ]\n",
+    "LookAt 0 0 0 1 1 1 0 0 1\n",
+    "MediumInterface \"a\" \"\"\n",
+    "ActiveTransform All\n",
+    "\"rgb Kd\" [ 0.5 0 1 ] ",
+    "\"rgb Ks\" [ 1 1 1 ] ",
+    "\"rgb Kr\" [ 0 0 0 ] ",
+    "\"rgb Kt\" [ 1 0 0 ] ",
+    "\"xyz Kd\" [ 0.1 0.9 0 ] ",
+    "\"rgb opacity\" [ 0.5 0.5 0.5 ] ",
+    "\"rgb amount\" [ 0 1 0.5 ] ",
+    "\"texture amount\" \"t\" ",
+    "\"texture Kd\" \"t\" ",
+    "\"texture roughness\" \"t\" ",
+    "\"texture uroughness\" \"t\" ",
+    "\"float vroughness\" 0 ",
+    "\"float roughness\" 1e-3 ",
+    "\"bool remaproughness\" \"false\" ",
+    "\"float sigma\" 90 ",
+    "\"float index\" 0.01 ",
+    "\"float eta\" 100 ",
+    "\"spectrum eta\" \"Au.eta.spd\" ",
+    "\"spectrum k\" [ 400 1 700 1e300 ] ",
+    "\"spectrum k\" \"\" ",
+    "\"blackbody Kd\" [ 6500 1 ] ",
+    "\"blackbody Kd\" [ 1 1e300 ] ",
+    "\"point P\" [ 0 0 0 ] ",
+    "\"bogus name\" 1 ",
+    "\\n",
+    "# ",
+    "[",
+    "]",
+];
+
 pub(crate) const NUMBER_WORDS: [&str; 12] = [
     "31",
     "0.000001",
@@ -151,6 +279,42 @@ pub(crate) fn scenes() -> Vec<Vec<u8>> {
     let built_in = include_bytes!("../../src/scene/default.toml").to_vec();
     let small = b"[[material]]\nname='a'\nbxdf={type='lambertian',reflectance=1}\n".to_vec();
     vec![every, built_in, small]
+}
+
+/// A published file, one with every extension that is known, and one with defaults.
+pub(crate) fn gltf() -> Vec<Vec<u8>> {
+    let published = include_bytes!("../data/gltf/UnlitTest.gltf").to_vec();
+    let every = include_bytes!("../data/corpus/gltf/every-extension.gltf").to_vec();
+    let small = br#"{"asset":{"version":"2.0"},"meshes":[{"primitives":[{}]}]}"#.to_vec();
+    vec![published, every, small]
+}
+
+/// Small containers, so that damage hits their headers: of JSON alone, and with chunks behind it.
+pub(crate) fn glb() -> Vec<Vec<u8>> {
+    let json = br#"{"asset":{"version":"2.0"},"materials":[{"name":"a"}]} "#;
+    let chunk = |kind: &[u8; 4], data: &[u8]| [&(data.len() as u32).to_le_bytes(), &kind[..], data].concat();
+    let contained = |behind: &[u8]| {
+        let chunks = [&chunk(b"JSON", json), behind].concat();
+        let length = 12 + chunks.len() as u32;
+        [b"glTF", &2u32.to_le_bytes(), &length.to_le_bytes(), &chunks[..]].concat()
+    };
+    let binary = chunk(b"BIN\0", &[7; 8]);
+    let more = [&binary[..], &chunk(b"MORE", &[0; 4])].concat();
+    vec![contained(b""), contained(&binary), contained(&more)]
+}
+
+/// Every material together and each by itself, with the textures and materials that they refer to.
+pub(crate) fn pbrt() -> Vec<Vec<u8>> {
+    let every = include_str!("../data/corpus/pbrt/every-material.pbrt");
+    let lines = |begins: &'static [&str]| {
+        let wanted = move |line: &&str| begins.iter().any(|begin| line.starts_with(begin));
+        every.lines().filter(wanted)
+    };
+    let definitions: Vec<&str> = lines(&["Texture", "MakeNamedMaterial"]).collect();
+    let definitions = definitions.join("\n");
+    let each = lines(&["Material"]).map(|line| format!("{definitions}\n{line}\nShape \"sphere\"\n").into_bytes());
+    let small = b"Material \"mirror\" Shape \"sphere\"\n".to_vec();
+    [every.as_bytes().to_vec(), small].into_iter().chain(each).collect()
 }
 
 pub(crate) fn merl() -> Vec<Vec<u8>> {

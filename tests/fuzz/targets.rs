@@ -1,13 +1,11 @@
 //! The parsers, what each may cost, and what has to be true of the things that they take.
 
+use crate::scenes::{glb, gltf, pbrt, scene};
 use crate::seeds;
 use glam::DVec3;
-use std::collections::HashSet;
-use std::convert::Infallible;
 use std::f64::consts::TAU;
 use std::io::Read;
 use std::path::Path;
-use whitefurnace::bxdf::{Bxdf, DiffuseSpecular, Model};
 use whitefurnace::export::exr::to_bytes;
 use whitefurnace::export::manifest::Manifest;
 use whitefurnace::export::read::{Contents, ForeignLayer, parse_exr};
@@ -16,8 +14,6 @@ use whitefurnace::measured::index::{ConductorIndex, parse_spd};
 use whitefurnace::measured::irregular::{IrregularSamples, LARGEST_F};
 use whitefurnace::measured::merl::{FILE_BYTES, LARGEST, MerlTable};
 use whitefurnace::parameter::{ETA, EXTINCTION};
-use whitefurnace::plan::{Plan, Request};
-use whitefurnace::scene::{Material, Scene};
 
 /// A parser on trial.
 pub(crate) struct Target {
@@ -33,7 +29,7 @@ pub(crate) struct Target {
     pub(crate) parse: fn(&[u8]) -> Result<String, String>,
 }
 
-pub(crate) const TARGETS: [Target; 7] = [
+pub(crate) const TARGETS: [Target; 10] = [
     Target {
         name: "scene",
         seeds: seeds::scenes,
@@ -41,6 +37,30 @@ pub(crate) const TARGETS: [Target; 7] = [
         // a dotted key builds a table of 1.2 kB for each two bytes; the measured files of the seeds are small
         memory: [8 << 20, 1200],
         parse: scene,
+    },
+    Target {
+        name: "gltf",
+        seeds: seeds::gltf,
+        dictionary: &seeds::GLTF_WORDS,
+        // a material of three bytes, `{},`, comes to 2.2 kB with what calls for it and its place in a plan
+        memory: [4 << 20, 1200],
+        parse: gltf,
+    },
+    Target {
+        name: "glb",
+        seeds: seeds::glb,
+        dictionary: &seeds::GLTF_WORDS,
+        // as text
+        memory: [4 << 20, 1200],
+        parse: glb,
+    },
+    Target {
+        name: "pbrt",
+        seeds: seeds::pbrt,
+        dictionary: &seeds::PBRT_WORDS,
+        // of `Material"uber"Shape""` each comes to some 2 kB; a mixture may repeat 64 gaps in a statement of 80 bytes
+        memory: [4 << 20, 400],
+        parse: pbrt,
     },
     Target {
         name: "merl",
@@ -88,79 +108,14 @@ pub(crate) const TARGETS: [Target; 7] = [
     },
 ];
 
-fn text(bytes: &[u8]) -> Result<&str, String> {
+pub(crate) fn text(bytes: &[u8]) -> Result<&str, String> {
     std::str::from_utf8(bytes).map_err(|_| "no UTF-8".into())
 }
 
 /// Directions of all kinds: along the normal, grazing, nearly below, on either side of the plane.
-fn directions() -> [DVec3; 5] {
+pub(crate) fn directions() -> [DVec3; 5] {
     [(1.0, 0.0), (0.7, 0.1), (0.3, 0.6), (1e-3, 0.9), (1e-12, 0.5)]
         .map(|(mu, turns)| Polar::from_cos(mu).direction(TAU * turns))
-}
-
-fn scene(bytes: &[u8]) -> Result<String, String> {
-    // names of files are relative to the directory of the package, where tests run
-    let scene = Scene::parse(text(bytes)?, "fuzz.toml").map_err(|error| error.to_string())?;
-    let names: HashSet<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
-    assert_eq!(names.len(), scene.materials.len(), "names differ");
-    assert!(!scene.name.trim().is_empty() && names.iter().all(|name| !name.trim().is_empty()));
-    scene.materials.iter().for_each(well);
-    let request = Request::default();
-    let plan = Plan::new(&scene, &request).expect("a scene that is taken has a plan");
-    let ids: HashSet<&str> = plan.tables.iter().map(|table| table.id.as_str()).collect();
-    assert_eq!(ids.len(), plan.tables.len(), "every table has a file of its own");
-    for id in ids {
-        let safe = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "._-".contains(c);
-        assert!(
-            id.chars().all(safe) && id.len() < 120 && !id.starts_with(['.', '-']) && !id.contains(".."),
-            "{id}"
-        );
-    }
-    Ok(kinds(&scene))
-}
-
-/// The types of the first materials.
-fn kinds(scene: &Scene) -> String {
-    let kinds: Vec<&str> = scene
-        .materials
-        .iter()
-        .map(|material| material.model.type_name())
-        .take(4)
-        .collect();
-    kinds.join(" ")
-}
-
-/// Whether a material describes itself and has values that are numbers, at both ends of its range.
-fn well(material: &Material) {
-    let facts = material.model.describe();
-    assert!(
-        facts.iter().all(|(key, value)| !key.is_empty() && !value.is_empty()),
-        "{facts:?}"
-    );
-    let ends = match material.model.roughness_range() {
-        Some((_, min, max)) => {
-            assert!(min < max && min >= 0.0 && max.is_finite());
-            vec![Some(min), Some(max)]
-        }
-        None => vec![None],
-    };
-    for roughness in ends {
-        let model = material.model.at(roughness).expect("both ends of a range are legal");
-        let bxdf = uncoupled(&model);
-        for (wo, wi) in directions().iter().flat_map(|wo| directions().map(|wi| (*wo, wi))) {
-            let f = bxdf.f(wo, wi);
-            assert!(
-                f.is_finite() && f.min_element() >= 0.0,
-                "{facts:?}: f({wo}, {wi}) = {f}"
-            );
-        }
-    }
-}
-
-/// The model, its specular lobe in place of a coupling, which would have to be integrated first.
-fn uncoupled(model: &Model) -> Box<dyn Bxdf + '_> {
-    let specular = |coupled| Ok::<_, Infallible>(uncoupled(DiffuseSpecular::specular(coupled)));
-    model.as_bxdf(&specular).unwrap_or_else(|never| match never {})
 }
 
 /// A short input stands for a long file: its bytes after the header are repeated to the right size, unless it is odd.

@@ -20,7 +20,7 @@ use crate::bxdf::{Coupling, FresnelSpecular, Lambertian, SpecularReflection, Tra
 use crate::distribution::{Anisotropic, Elliptic, Family};
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
-use crate::parameter::{ETA_B, GGX_ALPHA, ParameterError};
+use crate::parameter::{ETA_B, GGX_ALPHA, Number, ParameterError};
 use crate::scene::effect::Effect;
 use crate::scene::spec::{DistributionSpec, ModelSpec, Roughness};
 use crate::spectrum::Spectrum;
@@ -72,7 +72,7 @@ fn specular_glossiness(gloss: &SpecularGlossiness, made: &mut Made) -> Result<Mo
         let by = by("glossinessFactor");
         made.call(
             Effect::RoughnessRange,
-            format!("{by} = {value}, times specularGlossinessTexture"),
+            format!("{by} = {}, times specularGlossinessTexture", Number(value)),
         );
     }
     made.call(
@@ -180,7 +180,8 @@ fn transmitting(
             Effect::Transmission.name(),
             format!(
                 "an index of refraction of {} has no table, which go up to {}: those of the material hold what it reflects",
-                dielectric.ior, ETA_B.max
+                Number(dielectric.ior),
+                ETA_B.max
             ),
         );
         return Ok(scaled(reflection(finish, r0)?, scale));

@@ -1,5 +1,6 @@
 //! What calls for an effect, and what is left out, in the names of the file.
 
+use super::place::quote;
 use super::surface::{Dielectric, Factor, Layers};
 use super::vocabulary::{ANISOTROPY, CLEARCOAT, DISPERSION, IRIDESCENCE, SHEEN, TRANSMISSION};
 use crate::parameter::Number;
@@ -126,8 +127,13 @@ impl Made {
 
     pub(super) fn unknown(&mut self, names: &[String]) {
         for name in names {
+            let shown = quote(name);
+            let what = match shown.trim() {
+                "" => format!("\"{shown}\""),
+                _ => shown,
+            };
             self.gap(
-                name,
+                &what,
                 "the extension is not known: the tables of the material are of what the rest of it says",
             );
         }

@@ -48,6 +48,8 @@ pub(super) const NAMES: [&str; 25] = [
 
 /// Most lobes of a material, as in pbrt.
 const MOST_LOBES: usize = 8;
+/// Most gaps of a mixture: every lobe may have several, and parts without any lobe would have 2^8 within mixtures of mixtures.
+const MOST_GAPS: usize = 8 * MOST_LOBES;
 /// Most levels of mixtures within mixtures: each has a lobe of its own, or it is none.
 pub(super) const DEEPEST_MIX: usize = MOST_LOBES;
 
@@ -327,7 +329,11 @@ fn mix(mut build: Build<'_>, parts: &[Rc<Definition>]) -> Result<Outcome, SceneE
             continue;
         }
         calls = merged(calls, outcome.calls.clone());
-        gaps.extend(outcome.gaps.iter().cloned());
+        for gap in &outcome.gaps {
+            if !gaps.contains(gap) {
+                gaps.push(gap.clone());
+            }
+        }
         if !matches!(&outcome.model, ModelSpec::Sum(none) if none.is_empty()) {
             lobes.push(ModelSpec::Scaled {
                 bxdf: Box::new(outcome.model.clone()),
@@ -339,6 +345,12 @@ fn mix(mut build: Build<'_>, parts: &[Rc<Definition>]) -> Result<Outcome, SceneE
     if count > MOST_LOBES {
         return Err(build.statement.place.refuse(format!(
             "this mixture is not allowed: it has {count} lobes, and pbrt takes at most {MOST_LOBES}"
+        )));
+    }
+    if gaps.len() > MOST_GAPS {
+        return Err(build.statement.place.refuse(format!(
+            "this mixture is not allowed: its parts leave {} different things out, and at most {MOST_GAPS} are told",
+            gaps.len()
         )));
     }
     one_range(&mut lobes, &mut gaps);
@@ -424,6 +436,11 @@ fn unsupported(kind: &str, mut build: Build<'_>) -> Result<Outcome, SceneError> 
         true => "there are no tables for this material of pbrt: nothing of it is covered",
         false => "pbrt 3 has no material of this type: nothing of it is covered",
     };
-    build.gap(quote(kind), why);
+    let shown = quote(kind);
+    let what = match shown.trim() {
+        "" => format!("\"{shown}\""),
+        _ => shown,
+    };
+    build.gap(what, why);
     Ok(build.done(Vec::new()))
 }

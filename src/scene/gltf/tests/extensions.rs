@@ -239,3 +239,27 @@ fn what_calls_for_nothing_is_no_gap_and_what_is_not_known_is_one() {
     );
     assert!(!told.contains("variants\", which is not known"), "{told}");
 }
+
+#[test]
+fn names_of_unknown_extensions_are_shown_short_and_harmless() {
+    let long = "x".repeat(5000);
+    let extensions = format!("\"\\u001b[2J\\u202e\":{{}},\"\":{{}},\"{long}\":{{}}");
+    let scene = file(&format!("\"materials\":[{{\"extensions\":{{{extensions}}}}}]")).unwrap();
+    let cut = format!("{}...", "x".repeat(40));
+    assert_eq!(gaps(&scene.materials[0]), ["\u{fffd}[2J\u{fffd}", "\"\"", &cut]);
+}
+
+#[test]
+fn extreme_numbers_are_told_in_few_digits() {
+    let glossy = "\"specularGlossinessTexture\":{\"index\":0},\"glossinessFactor\":5e-324";
+    let material = surface("", &[("pbrSpecularGlossiness", glossy)]);
+    assert!(
+        material.calls.iter().all(|call| call.by.len() < 150),
+        "{:?}",
+        material.calls
+    );
+    let dense = [("transmission", "\"transmissionFactor\":1"), ("ior", "\"ior\":1e308")];
+    let material = surface("\"metallicFactor\":0,\"roughnessFactor\":0", &dense);
+    assert_eq!(gaps(&material), ["transmission"]);
+    assert!(material.gaps[0].why.len() < 150, "{:?}", material.gaps);
+}

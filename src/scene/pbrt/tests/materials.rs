@@ -368,3 +368,36 @@ fn materials_without_a_model_are_gaps() {
     let expected = [Effect::Metal, Effect::Dielectric, Effect::Diffuse, Effect::Clearcoat];
     assert_eq!(effects(&disney), expected);
 }
+
+#[test]
+fn gaps_of_blank_types_have_a_name() {
+    assert_eq!(gaps(&one("Material \" \"")), ["\" \""]);
+}
+
+#[test]
+fn gaps_of_mixtures_do_not_double_and_have_a_limit() {
+    let mix = |name: &str, a: &str, b: &str| {
+        format!(
+            "MakeNamedMaterial \"{name}\" \"string type\" \"mix\" \"string namedmaterial1\" \"{a}\" \"string namedmaterial2\" \
+             \"{b}\"\n"
+        )
+    };
+    let same = "MakeNamedMaterial \"a\" \"string type\" \"hair\"\n".to_owned() + &mix("a", "a", "a").repeat(8);
+    assert_eq!(gaps(&one(&format!("{same}NamedMaterial \"a\""))), ["hair"]);
+    // a binary tree of 2^7 types that are not known
+    let mut text = String::new();
+    for i in 0..128 {
+        text += &format!("MakeNamedMaterial \"0 {i}\" \"string type\" \"type {i}\"\n");
+    }
+    for level in 1..=7 {
+        for i in 0..128 >> level {
+            let part = |i: usize| format!("{} {i}", level - 1);
+            text += &mix(&format!("{level} {i}"), &part(2 * i), &part(2 * i + 1));
+        }
+    }
+    let error = refused(&text);
+    assert!(
+        error.contains("leave 128 different things out, and at most 64 are told"),
+        "{error}"
+    );
+}
