@@ -30,7 +30,7 @@ Examples:
   furnace cost --quick                  a first look, in seconds
   furnace cost scene.toml --material gold --seconds 60 --out gold-cost")]
 pub(super) struct Cost {
-    /// Scene file (TOML or glTF 2.0); without one a telling few materials are studied.
+    /// Scene file (TOML, glTF 2.0 or pbrt-v3); without one a telling few materials are studied.
     scene: Option<PathBuf>,
     /// Only this material; may be given several times.
     #[arg(long, value_name = "NAME")]

@@ -23,6 +23,7 @@ fn lobe(term: &Term) -> LobeEntry {
             kd: spectrum(base.kd),
             coupling: base.coupling.name().into(),
             scale: spectrum(base.outer),
+            coupled: base.index,
         }),
     }
 }

@@ -8,7 +8,7 @@ use super::{Common, Failure, Shape, format};
 use chosen::chosen;
 use clap::Args;
 use std::time::Duration;
-use whitefurnace::integrate::{FillError, Forecast, Forecasts, forecast, forecasts};
+use whitefurnace::integrate::{FillError, Forecast, Forecasts, IntegrateError, forecast, forecasts};
 use whitefurnace::plan::{Economy, Plan, Request, TablePlan};
 
 /// Longest look at what tables will cost, beyond the last integral that it begins.
@@ -100,8 +100,17 @@ impl PlanCommand {
             }
             own
         };
-        if let Some(failed) = own.failed {
-            return Err(failed.into());
+        match &own.failed {
+            // a bake says where, and writes the rest of the table
+            Some(FillError::Integral {
+                source: IntegrateError::Diverges(_),
+                ..
+            })
+            | None => {}
+            Some(failed) => return Err(failed.clone().into()),
+        }
+        if let Some(failed) = &own.failed {
+            format::note(format!("{failed}; its cost is a guess"));
         }
         let halves = chosen.iter().map(|chosen| {
             forecast(&chosen.half.plan).map(|forecast| Forecast {
@@ -131,7 +140,7 @@ impl PlanCommand {
             None => text::tables(&plan, &costs),
             Some(wish) => text::chosen_tables(&plan, &chosen, (&costs, &halves), wish.tolerance),
         }
-        text::savings(&costs);
+        text::savings(&costs, wish.is_some());
         text::skipped(&plan);
         Ok(())
     }

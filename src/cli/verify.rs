@@ -25,7 +25,7 @@ Examples:
   furnace verify --tables outputs/default
   furnace verify --seed 7 --confidence 0.99 --json")]
 pub(super) struct Verify {
-    /// Scene file (TOML or glTF 2.0); without one the built-in scene is used.
+    /// Scene file (TOML, glTF 2.0 or pbrt-v3); without one the built-in scene is used.
     scene: Option<PathBuf>,
     /// Only this material; may be given several times.
     #[arg(long, value_name = "NAME")]

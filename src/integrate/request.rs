@@ -116,18 +116,28 @@ mod tests {
         let first = all(&plans(|_| {}, &scene), None);
         assert_eq!(first, all(&plans(|_| {}, &scene), None));
         assert_eq!(first.iter().collect::<HashSet<_>>().len(), first.len());
-        let edits: [fn(&mut Request); 5] = [
+        let edits: [fn(&mut Request); 3] = [
             |request| request.resolution = 65,
             |request| request.mapping = Some(Mapping::SqrtMu),
             |request| request.tolerance = Some(1e-5),
-            |request| request.seed = 1,
-            |request| request.samples = Some(100),
         ];
         for edit in edits {
             let changed = all(&plans(edit, &scene), None);
             // of one table at least, and of most; a table of one texel has no resolution
             let same = first.iter().zip(&changed).filter(|(a, b)| a == b).count();
             assert!(same <= first.len() / 2, "{same} of {} are the same", first.len());
+        }
+        // seed and number of samples are for those who draw some
+        let draws: [fn(&mut Request); 2] = [|request| request.seed = 1, |request| request.samples = Some(100)];
+        for draw in draws {
+            assert_eq!(first, all(&plans(draw, &scene), None));
+            let sampled = |request: &mut Request| request.estimator = "mc-cosine".parse().unwrap();
+            let other = |request: &mut Request| {
+                sampled(request);
+                draw(request);
+            };
+            let [one, other] = [all(&plans(sampled, &scene), None), all(&plans(other, &scene), None)];
+            assert!(one.iter().zip(&other).all(|(a, b)| a != b));
         }
         let plans = plans(|_| {}, &scene);
         let wishes = [

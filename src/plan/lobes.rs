@@ -1,7 +1,7 @@
 //! The lobes of a material: what of it is a factor, what a closed form, and what needs a table.
 
 use super::Economy;
-use crate::bxdf::{Coupling, Lambertian, ModelError};
+use crate::bxdf::{Coupling, Lambertian, ModelError, Transport};
 use crate::fresnel::Fresnel;
 use crate::scene::{Material, ModelSpec};
 use crate::spectrum::Spectrum;
@@ -19,6 +19,8 @@ pub struct Base {
     pub coupling: Coupling,
     /// What the sum of both is multiplied with.
     pub outer: Spectrum,
+    /// Which of the couplings of the material it belongs to, from 0: lobes of the same one share one base.
+    pub index: usize,
 }
 
 /// A lobe of a material on one side of the surface: `scale` times the albedo of `model`.
@@ -61,21 +63,33 @@ pub(super) fn parts(material: &Material, economy: Economy) -> Result<Vec<Part>, 
         base: None,
         specular: false,
     };
-    gather(&material.model, above, economy, &mut parts)?;
+    gather(&material.model, above, economy, (&mut parts, &mut 0))?;
     Ok(parts)
 }
 
-fn gather(model: &ModelSpec, above: Above, economy: Economy, parts: &mut Vec<Part>) -> Result<(), ModelError> {
+fn lambertian(kd: Spectrum) -> Result<ModelSpec, ModelError> {
+    Ok(ModelSpec::Lambertian(Lambertian::new(kd)?))
+}
+
+/// Adds the lobes of `model` to `parts`; `couplings` counts those that were met.
+fn gather(
+    model: &ModelSpec,
+    above: Above,
+    economy: Economy,
+    (parts, couplings): (&mut Vec<Part>, &mut usize),
+) -> Result<(), ModelError> {
     match model {
         ModelSpec::Scaled { bxdf, scale } => {
             let scale = times(above.scale, *scale);
-            gather(bxdf, Above { scale, ..above }, economy, parts)
+            gather(bxdf, Above { scale, ..above }, economy, (parts, couplings))
         }
         ModelSpec::BrdfToBtdf(bxdf) => {
             let mirrored = !above.mirrored;
-            gather(bxdf, Above { mirrored, ..above }, economy, parts)
+            gather(bxdf, Above { mirrored, ..above }, economy, (parts, couplings))
         }
-        ModelSpec::Sum(all) => all.iter().try_for_each(|part| gather(part, above, economy, parts)),
+        ModelSpec::Sum(all) => all
+            .iter()
+            .try_for_each(|part| gather(part, above, economy, (&mut *parts, &mut *couplings))),
         ModelSpec::DiffuseSpecular {
             specular,
             ks,
@@ -87,11 +101,12 @@ fn gather(model: &ModelSpec, above: Above, economy: Economy, parts: &mut Vec<Par
                 kd: *kd,
                 coupling: *coupling,
                 outer: above.scale,
+                index: *couplings,
             };
+            *couplings += 1;
             if economy.closed_forms && is_black(*ks) {
                 // what is left is a Lambertian; of one the reflectance is a colour within [0, 1], as kd is
-                let base = ModelSpec::Lambertian(Lambertian::new(*kd)?);
-                return gather(&base, above, economy, parts);
+                return gather(&lambertian(*kd)?, above, economy, (parts, couplings));
             }
             let is_bare = economy.coupling && is_black(*kd);
             let below = Above {
@@ -104,7 +119,13 @@ fn gather(model: &ModelSpec, above: Above, economy: Economy, parts: &mut Vec<Par
                 specular: true,
                 ..above
             };
-            gather(specular, below, economy, parts)
+            let before = parts.len();
+            gather(specular, below, economy, (parts, couplings))?;
+            if parts.len() == before && !is_bare {
+                // the same where the specular lobe scatters nothing
+                return gather(&lambertian(*kd)?, above, economy, (parts, couplings));
+            }
+            Ok(())
         }
         leaf => {
             parts.extend(lobes(leaf, above, economy)?);
@@ -198,8 +219,16 @@ pub(super) fn formula(model: &ModelSpec) -> &'static str {
         ModelSpec::Lambertian(_) => "rho_hd = rho_hh = reflectance",
         ModelSpec::OrenNayar(_) => "rho_hd(mu) of Oren and Nayar's qualitative model, in elementary functions",
         ModelSpec::SpecularReflection(_) => "rho_hd = reflectance F(mu)",
-        ModelSpec::SpecularTransmission(_) => "rho_hd = transmittance (1 - F(mu))",
-        ModelSpec::FresnelSpecular(_) => "rho_hd = reflectance F(mu), and transmittance (1 - F(mu)) on the other side",
+        ModelSpec::SpecularTransmission(window) => match window.transport() {
+            Transport::Importance => "rho_hd = transmittance (1 - F(mu))",
+            Transport::Radiance => "rho_hd = transmittance (1 - F(mu)) (eta_a/eta_b)^2",
+        },
+        ModelSpec::FresnelSpecular(glass) => match glass.transport() {
+            Transport::Importance => "rho_hd = reflectance F(mu), and transmittance (1 - F(mu)) on the other side",
+            Transport::Radiance => {
+                "rho_hd = reflectance F(mu), and transmittance (1 - F(mu)) (eta_a/eta_b)^2 on the other side"
+            }
+        },
         ModelSpec::BrdfToBtdf(bxdf) => formula(bxdf),
         _ => "nothing is scattered",
     }

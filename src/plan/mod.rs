@@ -189,7 +189,7 @@ impl Plan {
     /// [`PlanError`] for resolutions that no axis or no table can have.
     pub fn new(scene: &Scene, request: &Request) -> Result<Self, PlanError> {
         let (materials, tables) = shared::tables(scene, request)?;
-        let skipped = skipped::skipped(scene, &tables);
+        let skipped = skipped::skipped(scene, &tables, request.economy);
         Ok(Self {
             scene: scene.name.clone(),
             directory: file_stem(&scene.name),

@@ -5,7 +5,7 @@ use super::lobes::{Part, formula, parts};
 use super::{Economy, MaterialPlan, PlanError, Request, Source, TablePlan, Term};
 use crate::bxdf::Model;
 use crate::distribution::Family;
-use crate::estimate::{Effort, default_tolerance};
+use crate::estimate::{Effort, Estimator, default_tolerance};
 use crate::masking::Masking;
 use crate::scene::{DistributionSpec, ModelSpec, Roughness, Scene};
 use crate::spectrum::Channels;
@@ -42,11 +42,13 @@ struct Member {
 /// The materials of `scene` with their lobes, and the tables that these call for.
 pub(super) fn tables(scene: &Scene, request: &Request) -> Result<(Vec<MaterialPlan>, Vec<TablePlan>), PlanError> {
     let names: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
-    let mut groups = Groups::new(request.economy);
+    let all = scene.materials.iter().map(|material| parts(material, request.economy));
+    let all = all.collect::<Result<Vec<_>, _>>()?;
+    let mut groups = Groups::new(request.economy, all.iter().flatten());
     let mut members: Vec<Vec<Member>> = Vec::with_capacity(names.len());
-    for (material, stem) in scene.materials.iter().zip(file_stems(&names)) {
+    for ((material, stem), parts) in scene.materials.iter().zip(file_stems(&names)).zip(all) {
         let mut own = Vec::new();
-        for part in parts(material, request.economy)? {
+        for part in parts {
             let mean = match (&part.base, part.specular) {
                 (Some(_), _) => true,
                 (None, true) => !request.economy.coupling,
@@ -118,15 +120,39 @@ struct Groups {
     all: Vec<Group>,
     found: HashMap<String, usize>,
     economy: Economy,
+    /// Smallest and largest roughness of the lobes that one sheet may serve, by [`sheet_key`].
+    spans: HashMap<String, [f64; 2]>,
 }
 
+/// Least share by which roughnesses differ that ask for a sheet: files print the same number in many ways, as f32 and as decimals.
+const RANGE: f64 = 1e-4;
+
 impl Groups {
-    fn new(economy: Economy) -> Self {
+    /// No groups yet, for `parts`.
+    fn new<'p>(economy: Economy, parts: impl Iterator<Item = &'p Part>) -> Self {
+        let mut spans: HashMap<String, [f64; 2]> = HashMap::new();
+        for part in parts.filter(|part| part.r0.is_some()) {
+            if let (Some(key), Some(own)) = (sheet_key(&part.model), part.model.roughness()) {
+                let [from, to] = own.ends();
+                let span = spans.entry(key).or_insert([from, to]);
+                *span = [span[0].min(from), span[1].max(to)];
+            }
+        }
         Self {
             all: Vec::new(),
             found: HashMap::new(),
             economy,
+            spans,
         }
+    }
+
+    /// Family and masking of a lobe that shares one sheet with those of other roughnesses.
+    fn sheet(&self, part: &Part, model: &ModelSpec) -> Option<(Family, Masking)> {
+        let [min, max] = self.spans.get(&sheet_key(model)?)?;
+        let is_line = max - min < RANGE * max;
+        // lines of values that are nearly the same are tables of their own, and equal ones are shared as any others
+        let is_own = is_line && min != max;
+        part.r0.and_then(|_| slope_lobe(model)).filter(|_| !is_own)
     }
 
     /// The group that holds `part` of the material `name`, `None` for a closed form, and whether it holds rho_hd.
@@ -141,9 +167,9 @@ impl Groups {
         if !self.economy.own_range {
             model = with_whole_range(&model);
         }
-        let sheet = part.r0.and_then(|_| slope_lobe(&model));
-        let key = match sheet {
-            Some((family, masking)) => format!("{} {} {}", family.name(), masking.name(), side(&model)),
+        let sheet = self.sheet(part, &model);
+        let key = match sheet.and_then(|_| sheet_key(&model)) {
+            Some(key) => key,
             None => format!("{:?} {}", model.describe(), part.lobe.name()),
         };
         let key = match self.economy.sharing {
@@ -208,11 +234,14 @@ fn suffix(lobe: Lobe) -> &'static str {
     }
 }
 
-fn side(model: &ModelSpec) -> &'static str {
-    match model {
+/// What lobes have in common that one sheet may serve.
+fn sheet_key(model: &ModelSpec) -> Option<String> {
+    let (family, masking) = slope_lobe(model)?;
+    let side = match model {
         ModelSpec::BrdfToBtdf(_) => "beyond",
         _ => "above",
-    }
+    };
+    Some(format!("{} {} {side}", family.name(), masking.name()))
 }
 
 /// What a person should know the tables for.
@@ -311,6 +340,7 @@ fn table(
     request: &Request,
 ) -> Result<TablePlan, PlanError> {
     let sample: Model = group.model.at(None)?;
+    let is_sampled = matches!(request.estimator, Estimator::MonteCarlo { .. }) || sample.is_irregular();
     let plan = TablePlan {
         id: id.to_owned(),
         purpose,
@@ -327,8 +357,9 @@ fn table(
         estimator: request.estimator,
         effort: Effort {
             tolerance: request.tolerance.unwrap_or_else(|| default_tolerance(&sample)),
-            samples: request.samples,
-            seed: request.seed,
+            // rules draw no samples, and their tables are the same for every seed
+            samples: request.samples.filter(|_| is_sampled),
+            seed: if is_sampled { request.seed } else { 0 },
         },
     };
     match plan.texels() {

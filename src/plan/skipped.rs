@@ -1,6 +1,6 @@
 //! The effects that no material calls for.
 
-use super::TablePlan;
+use super::{Economy, TablePlan};
 use crate::scene::{Effect, Scene};
 use crate::table::axis::{AZIMUTH, MU};
 use std::collections::HashSet;
@@ -15,7 +15,7 @@ pub struct Skipped {
 }
 
 /// Every effect that no material of `scene` calls for, with what that spares the `tables`.
-pub(super) fn skipped(scene: &Scene, tables: &[TablePlan]) -> Vec<Skipped> {
+pub(super) fn skipped(scene: &Scene, tables: &[TablePlan], economy: Economy) -> Vec<Skipped> {
     let called: HashSet<Effect> = scene
         .materials
         .iter()
@@ -25,9 +25,18 @@ pub(super) fn skipped(scene: &Scene, tables: &[TablePlan]) -> Vec<Skipped> {
     missing
         .map(|effect| Skipped {
             effect,
-            reason: reason(effect, tables),
+            reason: match economy {
+                Economy::NONE => format!("{}, and what all effects add is computed regardless", bare(effect)),
+                _ => reason(effect, tables),
+            },
         })
         .collect()
+}
+
+/// The reason without what it spares.
+fn bare(effect: Effect) -> String {
+    let reason = reason(effect, &[]);
+    reason.split(':').next().unwrap_or_default().to_owned()
 }
 
 fn reason(effect: Effect, tables: &[TablePlan]) -> String {

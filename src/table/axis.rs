@@ -71,6 +71,7 @@ impl Mapping {
                 Err("the range [0, 1]")
             }
             Mapping::Sqrt if min < 0.0 => Err("min >= 0"),
+            Mapping::Sqrt if min.sqrt() >= max.sqrt() => Err("ends whose roots differ"),
             Mapping::Log if min <= 0.0 => Err("min > 0"),
             Mapping::Log if !(max / min).is_finite() => Err("a finite max / min"),
             Mapping::Log1p if min <= -1.0 => Err("min > -1"),

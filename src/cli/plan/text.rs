@@ -275,7 +275,7 @@ pub(in crate::cli) fn nothing(plan: &Plan) -> String {
 }
 
 /// What the plan costs, and what the other one would.
-pub(super) fn savings(costs: &Costs) {
+pub(super) fn savings(costs: &Costs, chosen: bool) {
     let Costs {
         own,
         choosing,
@@ -307,11 +307,16 @@ pub(super) fn savings(costs: &Costs) {
     } = other;
     let times = match ratio {
         ratio if !ratio.is_finite() => String::new(),
+        ratio if chosen => format!(", {ratio:.2} times what this plan takes at those"),
         ratio if *ratio >= 1.0 => format!(", {ratio:.1} times as much"),
         ratio => format!(", {:.1} times less", 1.0 / ratio),
     };
+    let usual = match chosen {
+        true => " at the usual sizes",
+        false => "",
+    };
     format::say(format!(
-        "{}: {}, {} texels, about {} of one core{times}{}.",
+        "{}{usual}: {}, {} texels, about {} of one core{times}{}.",
         if *all_effects {
             "With --all-effects"
         } else {

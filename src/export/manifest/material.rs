@@ -58,4 +58,6 @@ pub struct BaseEntry {
     pub coupling: String,
     /// Factor of base and lobe together, one number or three.
     pub scale: Vec<f64>,
+    /// Which coupling of the material this is: lobes with the same number share one base, which counts once.
+    pub coupled: usize,
 }

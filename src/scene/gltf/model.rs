@@ -97,7 +97,7 @@ fn metallic_roughness(
 ) -> Result<ModelSpec, ParameterError> {
     let metallic = metal.metallic;
     let is_metal = metallic.value > 0.0;
-    let finish = if is_metal || dielectric.specular.value > 0.0 {
+    let finish = if is_metal || dielectric.specular.value > 0.0 || dielectric.transmission.value > 0.0 {
         finish(metal.roughness, layers.anisotropy, made)?
     } else {
         None
@@ -125,8 +125,8 @@ fn dielectric_part(
     made: &mut Made,
 ) -> Result<ModelSpec, ParameterError> {
     let share = dielectric.transmission;
-    // neither a black base nor an interface that reflects everything lets anything through
-    let transmits = share.value > 0.0 && metal.colour != [0.0; 3] && dielectric.ior > 0.0;
+    // a black base lets nothing through
+    let transmits = share.value > 0.0 && metal.colour != [0.0; 3];
     let through = if transmits {
         made.transmission(dielectric);
         if share.value == 1.0 && !share.texture {
@@ -179,8 +179,9 @@ fn transmitting(
         made.gap(
             Effect::Transmission.name(),
             format!(
-                "an index of refraction of {} has no table, which go up to {}: those of the material hold what it reflects",
+                "light refracted with an index of {} is left out, which lies outside of [{}, {}]: tables hold what is reflected",
                 Number(dielectric.ior),
+                ETA_B.min,
                 ETA_B.max
             ),
         );
@@ -275,7 +276,9 @@ fn finish(roughness: Factor, anisotropy: Factor, made: &mut Made) -> Result<Fini
         }
         Some(_) => alpha,
     };
-    let along = across + (1.0 - across) * anisotropy.value * anisotropy.value;
+    // of the roughness itself, as the extension has it, and not of what stands for 0 across
+    let along = alpha + (1.0 - alpha) * anisotropy.value * anisotropy.value;
+    let along = along.max(across);
     if along == across {
         return Ok(isotropic(Some(Roughness::Fixed(across))));
     }

@@ -142,9 +142,9 @@ impl<'d> At<'d> {
     pub(super) fn number(&self, legal: Legal) -> Result<f64, Problem> {
         let Legal { name, min, max } = legal;
         let range = if max == f64::INFINITY {
-            format!("{name} is at least {min}")
+            format!("{name} is at least {}", Number(min))
         } else {
-            format!("{name} lies in [{min}, {max}]")
+            format!("{name} lies in [{}, {}]", Number(min), Number(max))
         };
         match self.node {
             Node::Number(value) if legal.check(*value).is_ok() => Ok(*value),

@@ -63,14 +63,31 @@ fn transmission_takes_the_place_of_the_base() {
     );
     assert_eq!(gaps(&tinted), ["KHR_materials_specular"]);
 
-    // nothing passes a metal, a factor of 0, a black base or an interface that reflects all
+    // what an index of 0 lets pass is not known
+    let all = surface(
+        SMOOTH,
+        &[("transmission", "\"transmissionFactor\":1"), ("ior", "\"ior\":0")],
+    );
+    assert_eq!(
+        (effects(&all), gaps(&all)),
+        (vec!["transmission"], vec!["transmission"])
+    );
+    // and a roughness counts, whatever the reflected part is scaled with
+    let rough = surface(
+        "\"metallicFactor\":0,\"roughnessFactor\":0.3",
+        &[
+            ("transmission", "\"transmissionFactor\":1"),
+            ("specular", "\"specularFactor\":0"),
+        ],
+    );
+    assert_eq!(
+        (effects(&rough), gaps(&rough)),
+        (vec!["transmission"], vec!["transmission"])
+    );
+
+    // nothing passes a metal, a factor of 0 or a black base
     for (base, extension, calls) in [
         ("\"roughnessFactor\":0", ("ior", ""), vec!["metal"]),
-        (
-            "\"metallicFactor\":0",
-            ("ior", "\"ior\":0"),
-            vec!["dielectric", "diffuse"],
-        ),
         (
             "\"metallicFactor\":0,\"baseColorFactor\":[0,0,0,1]",
             ("ior", ""),
