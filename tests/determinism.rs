@@ -119,7 +119,8 @@ fn seeds_change_monte_carlo_and_nothing_else() {
         });
         for name in first.keys().filter(|name| name.ends_with(".exr")) {
             let [a, b] = [0, 1].map(|seed: usize| table(&paths[seed], name));
-            assert_eq!((a.seed, b.seed), (0, 1));
+            // rules draw no samples, and their tables say so whatever the seed
+            assert_eq!((a.seed, b.seed), (0, u64::from(random)));
             if random {
                 assert_ne!(a.values, b.values, "{name}");
                 // both are right: 6 half-widths of 99 % apart would be 11 standard deviations of the difference

@@ -54,11 +54,23 @@ fn only_what_changed_is_computed_again() {
     let other = files(&out);
     assert_eq!(taken_over(&path, &out, &["--tolerance", "1e-3", "--no-cache"]), [""; 0]);
     assert_eq!(files(&out), other);
-    // a seed is stated in every file, and so is a part of every table
+    // rules draw no samples: for them a seed changes nothing, and for samples everything
     assert_eq!(
-        taken_over(&path, &out, &["--tolerance", "1e-3", "--seed", "1"]),
-        [""; 0]
+        taken_over(&path, &out, &["--tolerance", "1e-3", "--seed", "1"]).len(),
+        6
     );
+    let sampled = [
+        "--estimator",
+        "mc-normals",
+        "--samples",
+        "4096",
+        "--resolution",
+        "2",
+        "--seed",
+    ];
+    assert_eq!(taken_over(&path, &out, &[&sampled[..], &["1"]].concat()), [""; 0]);
+    assert_eq!(taken_over(&path, &out, &[&sampled[..], &["2"]].concat()), [""; 0]);
+    assert_eq!(taken_over(&path, &out, &[&sampled[..], &["1"]].concat()).len(), 6);
     assert!(means.iter().all(|mean| out.join(format!("{mean}.exr")).exists()));
 }
 
