@@ -35,7 +35,7 @@ const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Directions whose integrals make up rho_hh of a slow isotropic model and of an anisotropic one, as a rule.
 const MEAN_OVER_LINE: f64 = 60.0;
-const MEAN_OVER_DIRECTIONS: f64 = 1500.0;
+const MEAN_OVER_DIRECTIONS: f64 = 1200.0;
 
 /// A direction that takes longer is no longer a small part of a forecast of rho_hh by rho_hh itself.
 const QUICK: f64 = 1e-3;
@@ -44,7 +44,7 @@ const QUICK: f64 = 1e-3;
 const LOOKUPS: usize = 48;
 
 /// Integrals that climbing to the largest error between texels takes along one axis and along two.
-const CLIMBS: [f64; 2] = [40.0, 320.0];
+const CLIMBS: [f64; 2] = [40.0, 480.0];
 
 /// Seconds to encode, write and put in place one file.
 const FILE: f64 = 5e-4;
