@@ -102,15 +102,14 @@ impl PlanCommand {
         };
         match &own.failed {
             // a bake says where, and writes the rest of the table
-            Some(FillError::Integral {
-                source: IntegrateError::Diverges(_),
-                ..
-            })
-            | None => {}
+            Some(
+                failed @ FillError::Integral {
+                    source: IntegrateError::Diverges(_),
+                    ..
+                },
+            ) => format::note(format!("{failed}; its cost is a guess")),
             Some(failed) => return Err(failed.clone().into()),
-        }
-        if let Some(failed) = &own.failed {
-            format::note(format!("{failed}; its cost is a guess"));
+            None => {}
         }
         let halves = chosen.iter().map(|chosen| {
             forecast(&chosen.half.plan).map(|forecast| Forecast {

@@ -184,7 +184,7 @@ fn stress(axes: &[Axis], count: usize, stream: &mut Stream) -> Vec<Vec<f64>> {
 mod tests {
     use super::*;
     use crate::integrate::{fill, texels};
-    use crate::plan::{Economy, Plan, Request};
+    use crate::plan::{Plan, Request};
     use crate::scene::Scene;
     use crate::table::axis::{Mapping, TexelRule};
 
@@ -193,12 +193,7 @@ mod tests {
             resolution: 16,
             roughness_resolution: 8,
             azimuth_resolution: 4,
-            mapping: None,
-            estimator: Estimator::Auto,
-            tolerance: None,
-            samples: None,
-            seed: 0,
-            economy: Economy::FULL,
+            ..Request::default()
         };
         let plan = Plan::new(&Scene::default_scene(), &request).unwrap();
         plan.tables.into_iter().find(|table| table.id == id).unwrap()

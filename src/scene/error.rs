@@ -155,6 +155,17 @@ impl Excerpt {
     }
 }
 
+/// What is said of data that cannot be used. Their path, which the reason begins with, may be as long as a scene: of that the end
+/// tells most.
+pub(super) fn unusable(error: &dyn fmt::Display) -> String {
+    const LONGEST: usize = 600;
+    let reason = error.to_string();
+    let excess = reason.chars().count().saturating_sub(LONGEST);
+    let cut = if excess > 0 { "..." } else { "" };
+    let end: String = reason.chars().skip(excess).collect();
+    format!("cannot be used: {cut}{end}")
+}
+
 /// ` 12 | `
 fn gutter(line: usize) -> String {
     format!(" {line} | ")

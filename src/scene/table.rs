@@ -1,6 +1,6 @@
 //! Tables and values of a scene together with the places where they stand.
 
-use super::error::SceneError;
+use super::error::{SceneError, unusable};
 use super::library::Library;
 use super::suggest::nearest;
 use super::text::Text;
@@ -142,15 +142,9 @@ impl<'t> Entry<'t> {
         read(self.text.library(), &self.path()?).map_err(|error| self.unusable(&error))
     }
 
-    /// The error for a file that cannot be used. Its path, which the reason begins with, may be as long as a scene: of that the
-    /// end tells most.
+    /// The error for a file that cannot be used.
     pub(super) fn unusable(&self, error: &dyn fmt::Display) -> SceneError {
-        const LONGEST: usize = 600;
-        let reason = error.to_string();
-        let excess = reason.chars().count().saturating_sub(LONGEST);
-        let cut = if excess > 0 { "..." } else { "" };
-        let end: String = reason.chars().skip(excess).collect();
-        self.refuse(format!("cannot be used: {cut}{end}"))
+        self.refuse(unusable(error))
     }
 
     /// What the value means among the names of `vocabulary`.

@@ -124,10 +124,7 @@ pub(super) fn chosen_tables(plan: &Plan, chosen: &[Chosen], (costs, halves): (&C
     if plan.tables.is_empty() {
         return no_tables(plan);
     }
-    format::say(
-        "
-",
-    );
+    format::say("\n");
     let header = [
         "table",
         "texels",

@@ -1,7 +1,7 @@
 //! Parameter lists: `"type name" value` or `"type name" [ values ]`, any number of them.
 
 use super::tokens::{Lexer, Place, Token, What, quote};
-use crate::scene::error::SceneError;
+use crate::scene::error::{SceneError, unusable};
 use crate::scene::suggest::nearest;
 
 /// Most values of a parameter that is read: spectra have some hundred.
@@ -136,14 +136,9 @@ impl Parameter {
             .refuse(format!("{} = {} {verdict}", self.name, quote(&value)))
     }
 
-    /// The error for data that cannot be used. The path that the reason begins with may be long: of that the end tells most.
+    /// The error for data that cannot be used.
     pub(super) fn unusable(&self, error: &dyn std::fmt::Display) -> SceneError {
-        const LONGEST: usize = 600;
-        let reason = error.to_string();
-        let excess = reason.chars().count().saturating_sub(LONGEST);
-        let cut = if excess > 0 { "..." } else { "" };
-        let end: String = reason.chars().skip(excess).collect();
-        self.refuse(format!("cannot be used: {cut}{end}"))
+        self.refuse(unusable(error))
     }
 
     pub(super) fn numbers(&self) -> Result<&[f64], SceneError> {

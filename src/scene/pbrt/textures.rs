@@ -96,6 +96,16 @@ impl Textures {
         self.tones.close();
     }
 
+    /// What a declaration finds: its own parameters, and the textures before it.
+    fn given<'a>(&'a self, own: &'a Parameters, files: &'a Files) -> Given<'a> {
+        Given {
+            shape: None,
+            own,
+            textures: self,
+            files,
+        }
+    }
+
     /// Declares the float texture `name` of the type `class`.
     pub(super) fn declare_scalar(
         &mut self,
@@ -104,13 +114,7 @@ impl Textures {
         own: &Parameters,
         files: &Files,
     ) -> Result<(), SceneError> {
-        let given = Given {
-            shape: None,
-            own,
-            textures: self,
-            files,
-        };
-        let range = scalar_range(class, &given)?;
+        let range = scalar_range(class, &self.given(own, files))?;
         if !(range.min.is_finite() && range.max.is_finite()) {
             return Err(place.refuse("the values of this texture are not allowed: they are no finite numbers"));
         }
@@ -128,13 +132,7 @@ impl Textures {
         own: &Parameters,
         files: &Files,
     ) -> Result<(), SceneError> {
-        let given = Given {
-            shape: None,
-            own,
-            textures: self,
-            files,
-        };
-        let tone = tone_of(class, &given)?;
+        let tone = tone_of(class, &self.given(own, files))?;
         self.tones.define(name, tone);
         Ok(())
     }
