@@ -322,12 +322,17 @@ impl Axis {
     /// The texture coordinate as one assignment that GLSL, HLSL, MSL and WGSL all read, scaling for
     /// [`TexelRule::Ends`] included: `u = sqrt(mu)`, `u = log(kappa/1.0)/log(4096.0)`.
     pub fn shader_formula(&self) -> String {
+        format!("u = {}", self.shader_expression())
+    }
+
+    /// The right-hand side of [`Axis::shader_formula`].
+    pub fn shader_expression(&self) -> String {
         let coordinate = self.coordinate_formula();
         match self.rule {
-            TexelRule::Centres => format!("u = {coordinate}"),
+            TexelRule::Centres => coordinate,
             TexelRule::Ends => {
                 let n = self.size as f64;
-                format!("u = {coordinate}*({:?}/{n:?}) + 0.5/{n:?}", n - 1.0)
+                format!("{coordinate}*({:?}/{n:?}) + 0.5/{n:?}", n - 1.0)
             }
         }
     }

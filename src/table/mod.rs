@@ -31,6 +31,7 @@ pub mod names;
 pub(crate) mod samples;
 pub mod storage;
 mod stored;
+pub mod texture;
 
 pub use storage::Storage;
 pub use stored::Excess;
