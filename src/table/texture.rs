@@ -3,7 +3,7 @@
 //! A [`Texture`] is what all texture formats are written from. Unlike a [`Table`] it has no error per texel: values are
 //! those that the storage format holds, and errors are what a lookup anywhere in the domain was measured to be off by.
 
-use super::axis::{Axis, AxisError, MAX_SIZE, Mapping, TexelRule};
+use super::axis::{Axis, AxisError, MAX_SIZE, TexelRule};
 use super::{Storage, Table};
 use crate::spectrum::Channels;
 use thiserror::Error;
@@ -328,6 +328,7 @@ impl Texture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::table::axis::Mapping;
     use crate::table::samples::{grey_2d, rgb_1d, scalar};
 
     /// Two implementations of one lookup: that of a table scales the index, that of a texture the coordinate.
