@@ -123,6 +123,7 @@ pub mod bxdf;
 #[allow(clippy::disallowed_methods)] // its times differ from run to run anyway
 pub mod cost;
 pub mod distribution;
+pub mod engine;
 pub mod estimate;
 pub mod export;
 pub mod fresnel;

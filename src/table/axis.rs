@@ -28,6 +28,8 @@ pub enum Mapping {
     Linear,
     /// u = (sqrt(v) - sqrt(min)) / (sqrt(max) - sqrt(min)), for min >= 0: of a slope alpha the perceptual roughness sqrt(alpha).
     Sqrt,
+    /// u = v^(3/4) as two square roots, over [0, 1] only: of a perceptual roughness, texels crowd a little towards mirrors.
+    ThreeQuarters,
     /// u = ln(v / min) / ln(max / min), for min > 0.
     Log,
     /// u = (ln(1 + v) - ln(1 + min)) / (ln(1 + max) - ln(1 + min)), for min > -1: logarithmic, yet reaching v = 0.
@@ -36,12 +38,13 @@ pub enum Mapping {
 
 impl Mapping {
     /// Every mapping.
-    pub const ALL: [Mapping; 7] = [
+    pub const ALL: [Mapping; 8] = [
         Mapping::Mu,
         Mapping::SqrtMu,
         Mapping::FourthRootMu,
         Mapping::Linear,
         Mapping::Sqrt,
+        Mapping::ThreeQuarters,
         Mapping::Log,
         Mapping::Log1p,
     ];
@@ -54,6 +57,7 @@ impl Mapping {
             Mapping::FourthRootMu => "fourth-root-mu",
             Mapping::Linear => "linear",
             Mapping::Sqrt => "sqrt",
+            Mapping::ThreeQuarters => "three-quarters",
             Mapping::Log => "log",
             Mapping::Log1p => "log1p",
         }
@@ -67,7 +71,9 @@ impl Mapping {
     /// Whether the mapping can run over `[min, max]`, and if not, what it needs.
     fn needs(self, min: f64, max: f64) -> Result<(), &'static str> {
         match self {
-            Mapping::Mu | Mapping::SqrtMu | Mapping::FourthRootMu if (min, max) != (0.0, 1.0) => {
+            Mapping::Mu | Mapping::SqrtMu | Mapping::FourthRootMu | Mapping::ThreeQuarters
+                if (min, max) != (0.0, 1.0) =>
+            {
                 Err("the range [0, 1]")
             }
             Mapping::Sqrt if min < 0.0 => Err("min >= 0"),
@@ -251,6 +257,7 @@ impl Axis {
             Mapping::Mu => u,
             Mapping::SqrtMu => u * u,
             Mapping::FourthRootMu => (u * u) * (u * u),
+            Mapping::ThreeQuarters => u * libm::cbrt(u),
             Mapping::Linear => self.min + u * (self.max - self.min),
             Mapping::Sqrt => {
                 let root = self.min.sqrt() + u * (self.max.sqrt() - self.min.sqrt());
@@ -272,6 +279,7 @@ impl Axis {
             Mapping::Mu => value,
             Mapping::SqrtMu => value.sqrt(),
             Mapping::FourthRootMu => value.sqrt().sqrt(),
+            Mapping::ThreeQuarters => (value * value.sqrt()).sqrt(),
             Mapping::Linear => (value - self.min) / (self.max - self.min),
             Mapping::Sqrt => (value.sqrt() - self.min.sqrt()) / (self.max.sqrt() - self.min.sqrt()),
             Mapping::Log => (libm::log(value) - libm::log(self.min)) / (libm::log(self.max) - libm::log(self.min)),
@@ -313,7 +321,7 @@ impl Axis {
             Mapping::Mu | Mapping::SqrtMu | Mapping::FourthRootMu => {
                 format!("{} {}", self.mapping.name(), self.rule.name())
             }
-            Mapping::Linear | Mapping::Sqrt | Mapping::Log | Mapping::Log1p => {
+            Mapping::Linear | Mapping::Sqrt | Mapping::ThreeQuarters | Mapping::Log | Mapping::Log1p => {
                 format!("{}({}) {}", self.mapping.name(), self.parameter, self.rule.name())
             }
         }
@@ -345,6 +353,7 @@ impl Axis {
             Mapping::Mu => v.clone(),
             Mapping::SqrtMu => format!("sqrt({v})"),
             Mapping::FourthRootMu => format!("sqrt(sqrt({v}))"),
+            Mapping::ThreeQuarters => format!("sqrt({v}*sqrt({v}))"),
             Mapping::Linear if min == 0.0 => format!("{v}/{max:?}"),
             Mapping::Linear if min < 0.0 => format!("({v} + {:?})/{:?}", -min, max - min),
             Mapping::Linear => format!("({v} - {min:?})/{:?}", max - min),
@@ -384,6 +393,7 @@ mod tests {
                 axes.push(axis(Mapping::Mu, rule, [0.0, 1.0], size));
                 axes.push(axis(Mapping::SqrtMu, rule, [0.0, 1.0], size));
                 axes.push(axis(Mapping::FourthRootMu, rule, [0.0, 1.0], size));
+                axes.push(axis(Mapping::ThreeQuarters, rule, [0.0, 1.0], size));
                 axes.push(axis(Mapping::Linear, rule, [-2.0, 90.0], size));
                 axes.push(axis(Mapping::Sqrt, rule, [1e-6, 1.0], size));
                 axes.push(axis(Mapping::Sqrt, rule, [0.0, 10.0], size));
@@ -432,6 +442,10 @@ mod tests {
         assert_eq!(centres(Mapping::Mu, [0.0, 1.0]), "u = kappa");
         assert_eq!(centres(Mapping::SqrtMu, [0.0, 1.0]), "u = sqrt(kappa)");
         assert_eq!(centres(Mapping::FourthRootMu, [0.0, 1.0]), "u = sqrt(sqrt(kappa))");
+        assert_eq!(
+            centres(Mapping::ThreeQuarters, [0.0, 1.0]),
+            "u = sqrt(kappa*sqrt(kappa))"
+        );
         assert_eq!(centres(Mapping::Linear, [0.0, 90.0]), "u = kappa/90.0");
         assert_eq!(centres(Mapping::Linear, [1.0, 3.5]), "u = (kappa - 1.0)/2.5");
         assert_eq!(centres(Mapping::Linear, [-1.0, 1.0]), "u = (kappa + 1.0)/2.0");

@@ -1,0 +1,193 @@
+//! Texels whose *interpolated* values come nearest to the truth.
+//!
+//! A lookup reads s(x) = sum_t a_t(x) v_t, linear in the texels v. Texels that hold the truth at their own places leave errors of one
+//! sign wherever the function is curved, and of many per cent in the half texels beyond the outermost centres. Here texels minimise
+//!
+//! sum_x m(x) lambda(x) |s(x)/t(x) - 1|^p,
+//!
+//! m the measure of the domain, p = 1.5, by weighted least squares whose weights are renewed from the errors: towards the mean
+//! of the error by |e|^(p - 2), towards its maximum by lambda, which grows where the error is near the largest (after Lawson).
+//! The normal equations couple neighbouring texels only and are solved by conjugate gradients. [`super::round`] rounds
+//! them to a storage format.
+
+use super::grid::Grid;
+use rayon::prelude::*;
+
+/// Ratio of the largest to the mean error that a fit aims at: half a per cent and a hundredth of it, say.
+const MAX_OVER_MEAN: f64 = 45.0;
+
+/// Weight of places outside the domain: they follow where they cost nothing.
+const OUTSIDE: f64 = 3e-3;
+
+/// Exponent of the error that is minimised.
+const POWER: f64 = 1.5;
+
+/// Rounds of reweighting: gains are below a per cent after twenty.
+const ROUNDS: usize = 40;
+
+/// Share of the best score so far from which on errors gain emphasis, and how slowly the others lose it. A share of 0.97 instead of
+/// 0.9 ends at maxima that are a quarter larger.
+const SHARE: f64 = 0.9;
+const FADE: f64 = 0.7;
+
+/// Most emphasis: beyond, the equations are no longer solved.
+const MOST_EMPHASIS: f64 = 1e9;
+
+/// Errors below this are as good as none.
+const NEGLIGIBLE: f64 = 2e-5;
+
+/// What one channel is fitted to.
+pub(super) struct Problem<'a> {
+    pub(super) grid: &'a Grid,
+    /// The truth at every place of the grid.
+    pub(super) truth: &'a [f64],
+    /// What errors are divided by at every place: the truth for relative ones, 1 for absolute ones.
+    pub(super) unit: &'a [f64],
+    /// Lower and upper value per axis of where errors count.
+    pub(super) domain: &'a [[f64; 2]],
+}
+
+/// Mean and largest error over the domain.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Score {
+    pub(super) mean: f64,
+    pub(super) max: f64,
+}
+
+impl Score {
+    fn value(self) -> f64 {
+        self.max.max(MAX_OVER_MEAN * self.mean)
+    }
+}
+
+/// Texels in [0, 1] for linear lookups, in the order of a texture, before rounding; and how far lookups are off.
+pub(super) fn fit(problem: &Problem<'_>) -> (Vec<f64>, Score) {
+    let count = problem.grid.len();
+    let inside: Vec<bool> = (0..count)
+        .map(|index| problem.grid.is_within(index, problem.domain))
+        .collect();
+    let base: Vec<f64> = (0..count)
+        .map(|index| {
+            let unit = problem.unit[index];
+            problem.grid.measure(index) * if inside[index] { 1.0 } else { OUTSIDE } / (unit * unit)
+        })
+        .collect();
+    let mut weights = base.clone();
+    let mut emphasis = vec![1.0; count];
+    let mut texels = vec![0.0; problem.grid.texels()];
+    let mut best: Option<(Score, Vec<f64>)> = None;
+    for _ in 0..ROUNDS {
+        solve(problem, &weights, &mut texels);
+        // no albedo is beyond, and what the places outside the domain ask for must not make it so
+        let legal: Vec<f64> = texels.iter().map(|texel| texel.clamp(0.0, 1.0)).collect();
+        let errors = errors(problem, &legal);
+        let score = score(problem, &errors, &inside);
+        if best.as_ref().is_none_or(|(least, _)| score.value() < least.value()) {
+            best = Some((score, legal));
+        }
+        // where the maximum is what counts, it is pushed below the best; where the mean is, emphasis fades
+        let limit = SHARE * best.as_ref().map_or(score, |(least, _)| *least).value();
+        for index in 0..count {
+            if inside[index] {
+                let push = (errors[index] / limit).max(FADE);
+                emphasis[index] = f64::clamp(emphasis[index] * push * push, 1.0, MOST_EMPHASIS);
+            }
+            let spread = libm::pow(errors[index].max(NEGLIGIBLE), POWER - 2.0);
+            weights[index] = base[index] * emphasis[index] * spread;
+        }
+    }
+    best.map_or((texels, Score::default()), |(score, texels)| (texels, score))
+}
+
+/// |s - t|/unit at every place.
+fn errors(problem: &Problem<'_>, texels: &[f64]) -> Vec<f64> {
+    (0..problem.grid.len())
+        .into_par_iter()
+        .map(|index| (problem.grid.mix(index).of(texels) - problem.truth[index]).abs() / problem.unit[index])
+        .collect()
+}
+
+fn score(problem: &Problem<'_>, errors: &[f64], inside: &[bool]) -> Score {
+    let (mut sum, mut measure, mut max) = (0.0, 0.0, 0.0f64);
+    for index in (0..errors.len()).filter(|index| inside[*index]) {
+        let share = problem.grid.measure(index);
+        sum += share * errors[index];
+        measure += share;
+        max = max.max(errors[index]);
+    }
+    Score {
+        mean: sum / measure,
+        max,
+    }
+}
+
+/// The normal equations: for each texel the texels that share a place with it, and what couples them.
+struct Normal {
+    rows: Vec<Vec<(usize, f64)>>,
+    right: Vec<f64>,
+}
+
+fn normal(problem: &Problem<'_>, weights: &[f64]) -> Normal {
+    let texels = problem.grid.texels();
+    let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); texels];
+    let mut right = vec![0.0; texels];
+    for index in 0..problem.grid.len() {
+        let mix = problem.grid.mix(index);
+        for i in 0..mix.count {
+            let share = weights[index] * mix.weights[i];
+            if share == 0.0 {
+                continue;
+            }
+            right[mix.texels[i]] += share * problem.truth[index];
+            let row = &mut rows[mix.texels[i]];
+            for j in 0..mix.count {
+                let (texel, value) = (mix.texels[j], share * mix.weights[j]);
+                match row.iter_mut().find(|(at, _)| *at == texel) {
+                    Some((_, sum)) => *sum += value,
+                    None => row.push((texel, value)),
+                }
+            }
+        }
+    }
+    Normal { rows, right }
+}
+
+/// Least squares with `weights`, from where `texels` are; conjugate gradients scaled by the diagonal.
+fn solve(problem: &Problem<'_>, weights: &[f64], texels: &mut [f64]) {
+    let Normal { rows, right } = normal(problem, weights);
+    let count = texels.len();
+    let diagonal: Vec<f64> = (0..count)
+        .map(|i| rows[i].iter().find(|(j, _)| *j == i).map_or(1.0, |(_, value)| *value))
+        .collect();
+    let times = |x: &[f64]| -> Vec<f64> {
+        rows.iter()
+            .map(|row| row.iter().map(|(j, value)| value * x[*j]).sum())
+            .collect()
+    };
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    let product = times(texels);
+    let mut rest: Vec<f64> = (0..count).map(|i| right[i] - product[i]).collect();
+    let scaled = |rest: &[f64]| -> Vec<f64> { (0..count).map(|i| rest[i] / diagonal[i]).collect() };
+    let mut z = scaled(&rest);
+    let mut direction = z.clone();
+    let mut energy = dot(&rest, &z);
+    let enough = 1e-24 * dot(&right, &scaled(&right));
+    for _ in 0..4 * count.max(64) {
+        if energy <= enough {
+            break;
+        }
+        let image = times(&direction);
+        let step = energy / dot(&direction, &image);
+        for i in 0..count {
+            texels[i] += step * direction[i];
+            rest[i] -= step * image[i];
+        }
+        z = scaled(&rest);
+        let next = dot(&rest, &z);
+        let keep = next / energy;
+        energy = next;
+        for i in 0..count {
+            direction[i] = z[i] + keep * direction[i];
+        }
+    }
+}
