@@ -17,4 +17,18 @@ pub enum ModelError {
         /// Name of the distribution.
         distribution: &'static str,
     },
+    /// Facets that stand off the surface with a masking of others, or the reverse.
+    #[error(
+        "masking \"{masking}\" is not allowed with distribution \"{distribution}\": charlie goes with neubelt and charlie \
+         only, and those with nothing else"
+    )]
+    SheenNeedsCharlie {
+        /// Name of the masking.
+        masking: &'static str,
+        /// Name of the distribution.
+        distribution: &'static str,
+    },
+    /// A coat of facets that stand off the surface.
+    #[error("distribution \"charlie\" is not allowed in a fresnel-blend: a coat has facets that lie in the surface")]
+    CoatOfCharlie,
 }

@@ -3,9 +3,10 @@
 use super::hemisphere::Mean;
 use super::{
     Angles, ErrorKind, Estimate, Estimator, IntegrateError, Lobe, Target, facets, half_angle_hd, half_angle_hh,
-    microfacet_hd, microfacet_hh, smith_hd,
+    microfacet_hd, microfacet_hh, sheen, smith_hd,
 };
 use crate::bxdf::{DiffuseSpecular, Flags, FresnelBlend, Microfacet, Model, SpecularReflection};
+use crate::distribution::Isotropic;
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
 use crate::numerics::quadrature::{Bounded, Integral};
@@ -108,6 +109,12 @@ pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estim
 }
 
 fn of_microfacet(microfacet: &Microfacet, target: Target, tolerance: f64) -> Result<Integral, IntegrateError> {
+    if let Some(Isotropic::Charlie(charlie)) = microfacet.distribution.isotropic() {
+        return match target.outgoing {
+            Some(Angles { mu, .. }) => sheen::rho_hd(microfacet, charlie, mu, tolerance),
+            None => sheen::rho_hh(microfacet, charlie, tolerance),
+        };
+    }
     // V-grooves and no masking have integrators of their own, with the azimuth integral inside, for isotropic lobes
     let isotropic = microfacet
         .distribution

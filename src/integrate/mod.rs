@@ -25,6 +25,7 @@ mod request;
 mod sampled;
 pub mod seen;
 mod segment;
+mod sheen;
 mod smith_hd;
 mod target;
 mod unbounded;

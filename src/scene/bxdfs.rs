@@ -80,11 +80,16 @@ fn microfacet(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
 
 fn fresnel_blend(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     table.only("fresnel-blend", &["type", "rd", "rs", "distribution"])?;
-    Ok(ModelSpec::FresnelBlend {
+    let facets = table.required("distribution", &DISTRIBUTION_RULE)?;
+    let model = ModelSpec::FresnelBlend {
         rd: table.spectrum(RD)?,
         rs: table.spectrum(RS)?,
-        distribution: distribution(table.required("distribution", &DISTRIBUTION_RULE)?)?,
-    })
+        distribution: distribution(facets)?,
+    };
+    model
+        .at(None)
+        .map_err(|error| facets.refuse(format!("does not go with the rest: {error}")))?;
+    Ok(model)
 }
 
 fn specular_reflection(table: &Table<'_>) -> Result<ModelSpec, SceneError> {

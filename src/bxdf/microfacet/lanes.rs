@@ -8,7 +8,6 @@ use super::Microfacet;
 use crate::bxdf::weights::{BLOCK, Draws, Lane};
 use crate::bxdf::{Bxdf, Flags, Sampling};
 use crate::distribution::{Isotropic, lanes as distribution};
-use crate::masking::Masking;
 use crate::masking::lanes::{Facets, Mask, visible_slopes, visible_walls};
 use crate::numerics::lanes::sin_cos_turns;
 use multiversion::multiversion;
@@ -27,7 +26,7 @@ impl Microfacet {
             return false;
         }
         // where f has no limit
-        if self.masking == Masking::None && heights.contains(&0.0) {
+        if self.masking.is_unbounded() && heights.contains(&0.0) {
             return false;
         }
         let mut facets = Facets {
@@ -36,7 +35,7 @@ impl Microfacet {
         };
         let mut base = [0.0; BLOCK];
         let [u, v, w] = draws.u;
-        match (sampling, profile, mask.slopes()) {
+        match (self.drawn(sampling), profile, mask.slopes()) {
             (Sampling::Visible | Sampling::Bxdf, _, Some(axes)) => {
                 visible_slopes(axes, draws.wo, [u, v], &mut facets.h);
                 mask.visible_weights(draws.wo, &mut facets, &mut base);
@@ -51,7 +50,7 @@ impl Microfacet {
                 mask.weights(draws.wo, &mut facets, &mut base);
             }
             (Sampling::Uniform | Sampling::Cosine, Some(profile), _) => {
-                let uniform = sampling == Sampling::Uniform;
+                let uniform = self.drawn(sampling) == Sampling::Uniform;
                 hemispheres(
                     profile,
                     mask,
