@@ -82,7 +82,7 @@ impl Microfacet {
 
     /// wi from wo mirrored by the facet normal, with its cosines; `None` where the facet faces away or wi points down.
     ///
-    /// Where masking does not keep f within bounds it has no limit for wo at the horizon: it counts 0 and draws are in vain.
+    /// Without masking f has no limit for wo at the horizon, where it counts 0 and draws are in vain.
     fn mirrored(&self, wo: DVec3, wm: DVec3) -> (DVec3, Option<Cosines>) {
         let wi = reflect(wo, wm);
         let cos_d = wo.dot(wm).min(1.0);
@@ -93,7 +93,7 @@ impl Microfacet {
             h: wm.z,
             d: cos_d,
         };
-        let has_limit = !self.masking.is_unbounded() || wo.z != 0.0;
+        let has_limit = self.masking != Masking::None || wo.z != 0.0;
         let seen = cos_d > 0.0 && cos_i > 0.0 && wm.z > 0.0;
         (wi, (seen && has_limit).then_some(cosines))
     }
@@ -113,8 +113,8 @@ impl Bxdf for Microfacet {
         let (wo, wi) = if wo.z + wi.z < 0.0 { (-wo, -wi) } else { (wo, wi) };
         let highest = wo.z.max(wi.z);
         let lowest = wo.z.min(wi.z);
-        // where masking does not bound it the limit at the horizon is infinite; else one direction may lie there
-        if lowest < 0.0 || highest <= 0.0 || (self.masking.is_unbounded() && lowest == 0.0) {
+        // without masking the limit at the horizon is infinite; with it one direction may lie there
+        if lowest < 0.0 || highest <= 0.0 || (self.masking == Masking::None && lowest == 0.0) {
             return DVec3::ZERO;
         }
         let Some(half) = half_vector(wo, wi) else {

@@ -2,7 +2,7 @@
 
 use super::hemisphere::Mean;
 use super::{
-    Angles, ErrorKind, Estimate, Estimator, IntegrateError, Lobe, Target, facets, half_angle_hd, half_angle_hh,
+    Angles, ErrorKind, Estimate, Estimator, IntegrateError, Lobe, Target, facets, half_angle_hd, half_angle_hh, layers,
     microfacet_hd, microfacet_hh, sheen, smith_hd,
 };
 use crate::bxdf::{DiffuseSpecular, Flags, FresnelBlend, Microfacet, Model, SpecularReflection};
@@ -59,6 +59,7 @@ pub fn closed_form(model: &Model, target: Target) -> Option<Estimate> {
                 None => Some(total_mean(coupled, unspent)),
             }
         }
+        Model::Layered(layered) => layers::closed(layered, target),
     }
 }
 
@@ -95,6 +96,7 @@ pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estim
                 ..estimate
             })
         }
+        Model::Layered(layered) => layers::integrated(layered, target, tolerance),
         Model::Irregular(_) => Err(IntegrateError::Unsupported {
             estimator: Estimator::Quadrature,
             reason: "f jumps between irregular samples; use auto or qmc-bxdf",

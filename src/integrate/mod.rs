@@ -15,6 +15,7 @@ mod half_angle_hd;
 mod half_angle_hh;
 mod hemisphere;
 mod integrator;
+mod layers;
 mod lobe;
 mod microfacet_hd;
 mod microfacet_hh;

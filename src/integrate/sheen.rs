@@ -15,7 +15,6 @@
 use super::IntegrateError;
 use super::hemisphere::Mean;
 use super::lobe::{Kink, NODE_LIMIT, pieces};
-use super::unbounded::FITTED;
 use crate::bxdf::Microfacet;
 use crate::distribution::Charlie;
 use crate::fresnel::Edge;
@@ -30,9 +29,6 @@ const HORIZON_SHARE: f64 = 0.05;
 const INNER_SHARE: f64 = 0.35;
 const OUTER_SHARE: f64 = 0.6;
 
-/// Error of mu rho below which no tolerance asks where rho grows like 1/mu: the rounding of some hundred terms, with a margin.
-const ROUNDING: f64 = 1e-13;
-
 /// rho_hd at cos theta_o = `mu`, with an absolute error of at most `tolerance`.
 pub(super) fn rho_hd(
     microfacet: &Microfacet,
@@ -40,14 +36,6 @@ pub(super) fn rho_hd(
     mu: f64,
     tolerance: f64,
 ) -> Result<Integral, IntegrateError> {
-    // the reciprocal of a subnormal number is infinite
-    let mu = if mu < f64::MIN_POSITIVE { 0.0 } else { mu };
-    let grows = microfacet.masking.is_unbounded();
-    if grows && mu == 0.0 {
-        return Err(IntegrateError::Diverges(FITTED));
-    }
-    // mu rho is what is integrated where rho grows
-    let scale = if grows { mu } else { 1.0 };
     let sheen = Sheen {
         microfacet,
         charlie,
@@ -56,37 +44,30 @@ pub(super) fn rho_hd(
         sin_o: Polar::from_cos(mu).sin,
         edges: microfacet.fresnel.edges(),
     };
-    let allowed = if grows {
-        (tolerance * mu).max(ROUNDING)
-    } else {
-        tolerance
-    };
-    let mut integral = sheen.integrate(allowed)?;
-    integral.bounded.value /= scale;
-    integral.bounded.error /= scale;
-    if integral.bounded.value.is_finite() && integral.bounded.error.is_finite() {
-        Ok(integral)
-    } else {
-        Err(IntegrateError::Diverges(FITTED))
-    }
+    sheen.integrate(tolerance)
 }
 
 /// rho_hh with an absolute error of at most `tolerance`.
 pub(super) fn rho_hh(microfacet: &Microfacet, charlie: &Charlie, tolerance: f64) -> Result<Integral, IntegrateError> {
-    let mut marks = vec![(charlie.alpha().sqrt(), false), (HALF, false)];
+    let mut marks = vec![
+        (charlie.alpha().sqrt(), false),
+        (HALF, false),
+        (Fit::new(charlie.alpha()).least(), false),
+    ];
     marks.extend(microfacet.fresnel.edges().iter().map(|edge| (edge.cos, edge.kink)));
     Mean {
         marks: &marks,
         anisotropic: false,
         bound: bound(charlie),
-        grows: microfacet.masking.is_unbounded(),
+        grows: false,
     }
     .integrate(tolerance, |mu, _, allowed| rho_hd(microfacet, charlie, mu, allowed))
 }
 
-/// Bound of A/4, which is one of rho and of mu rho: (n.i) V and (n.o)(n.i) V are at most 1/4, and D is at most (2 + 1/alpha)/(2 pi).
+/// Bound of A/2, which is one of rho: (n.i) V is at most 1/4 under `neubelt` and 1/(4 (n.o)(1 + Lambda)), below 1/2, under
+/// `charlie`; and D is at most (2 + 1/alpha)/(2 pi).
 fn bound(charlie: &Charlie) -> f64 {
-    0.25 * (2.0 + charlie.exponent())
+    0.5 * (2.0 + charlie.exponent())
 }
 
 /// A lobe seen from one direction.
@@ -145,10 +126,13 @@ impl Sheen<'_> {
     }
 
     /// Cosines n.i at which A or V changes its behaviour: that of wo, where the mirror image of wo is the pole, in which sin^n
-    /// has a cone; the scale of the lobe; where the branches of Lambda meet; and where an edge of F appears.
+    /// has a cone; the scale of the lobe; where the branches of Lambda meet; and
+    /// where an edge of F appears.
     fn marks(&self) -> Vec<(f64, bool)> {
         let width = self.charlie.alpha().sqrt();
-        let mut marks = vec![(self.mu, true), (width, false), (4.0 * width, false), (HALF, false)];
+        let scales = [width, 4.0 * width, HALF, self.fit.least()].map(|i| (i, false));
+        let mut marks = vec![(self.mu, true)];
+        marks.extend(scales);
         let theta_o = libm::atan2(self.sin_o, self.mu);
         for edge in &self.edges {
             let double = 2.0 * libm::acos(edge.cos);
@@ -162,10 +146,10 @@ impl Sheen<'_> {
         marks
     }
 
-    /// (n.i) V, times n.o where rho grows like its inverse: at most 1/4.
+    /// (n.i) V.
     fn kernel(&self, i: f64) -> f64 {
         match self.microfacet.masking {
-            Masking::Charlie => 0.25 / (1.0 + (self.fit.lambda(self.mu) + self.fit.lambda(i))),
+            Masking::Charlie => i * self.fit.visibility(self.mu, i),
             _ => i * neubelt(self.mu, i),
         }
     }

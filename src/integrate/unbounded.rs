@@ -10,20 +10,14 @@ pub(super) const UNMASKED: &str = "when masking = \"none\": ask for mu > 0, or u
 pub(super) const UNMASKED_COAT: &str = "under a fresnel-blend of vmf facets, whose D is infinite at the horizon: ask for \
                                         mu > 0, or use another distribution";
 
-pub(super) const FITTED: &str = "when masking = \"charlie\", whose fitted Lambda is finite at the horizon: ask for mu > 0, \
-                                or use another masking";
-
 /// Refuses a `target` at the horizon, or so near that 1/mu is no number, from which a part of `model` sends back infinitely
 /// much: samples would not notice, since of f there, which has no limit, they see 0.
 pub(super) fn refuse(model: &Model, target: Target) -> Result<(), IntegrateError> {
     match (model, target.outgoing) {
         (Model::Microfacet(lobe), Some(Angles { mu, .. }))
-            if mu < f64::MIN_POSITIVE && lobe.masking.is_unbounded() =>
+            if mu < f64::MIN_POSITIVE && lobe.masking == Masking::None =>
         {
-            Err(IntegrateError::Diverges(match lobe.masking {
-                Masking::Charlie => FITTED,
-                _ => UNMASKED,
-            }))
+            Err(IntegrateError::Diverges(UNMASKED))
         }
         (Model::FresnelBlend(blend), Some(Angles { mu, .. }))
             if mu < f64::MIN_POSITIVE && is_vmf(blend.distribution()) =>

@@ -36,8 +36,8 @@ pub enum Masking {
     /// V'/(4 (n.o)(n.i)) = 1/(4 (n.o + n.i - (n.o)(n.i))), whatever the distribution is. Exceeds what conserves energy.
     /// Charlie only.
     Neubelt,
-    /// G = 1/(1 + Lambda(o) + Lambda(i)) with the Lambda that Estevez and Kulla fitted to their distribution. It is finite at
-    /// the horizon, so that the albedo grows without bound there, from mu = 1e-7 on. Charlie only.
+    /// G = 1/(1 + Lambda(o) + Lambda(i)) with the Lambda that Estevez and Kulla fitted to their distribution, continued with a
+    /// pole below n.w = 5e-5, where the fit loses it. Charlie only.
     Charlie,
 }
 
@@ -75,11 +75,6 @@ impl Masking {
     /// Whether this is one of the two terms of sheen, which go with [`crate::distribution::Charlie`] only.
     pub fn is_sheen(self) -> bool {
         matches!(self, Self::Neubelt | Self::Charlie)
-    }
-
-    /// Whether f and the albedo grow like 1/(n.o) at the horizon, where they have no limit.
-    pub fn is_unbounded(self) -> bool {
-        matches!(self, Self::None | Self::Charlie)
     }
 
     /// The slopes that a Smith term needs. `None` for other terms, and for distributions that no Smith term goes with:

@@ -112,6 +112,15 @@ impl Calls {
                     self.add(Effect::Diffuse, format!("{prefix}kd"));
                 }
             }
+            ModelSpec::Layered { top, base, .. } => {
+                let inner = format!("{prefix}top.");
+                let is_sheen = top.calls().iter().any(|call| call.effect == Effect::Sheen);
+                if !is_sheen && !top.calls().is_empty() {
+                    self.add(Effect::Clearcoat, format!("{inner}type = {}", top.type_name()));
+                }
+                self.of(top, &inner);
+                self.of(base, &format!("{prefix}base."));
+            }
         }
     }
 

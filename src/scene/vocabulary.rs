@@ -1,7 +1,7 @@
 //! The names that a scene may use.
 
 use super::suggest::nearest;
-use crate::bxdf::{Coupling, Transport};
+use crate::bxdf::{Coupling, Transport, Veil};
 use crate::distribution::{Elliptic, Family};
 use crate::masking::Masking;
 use crate::parameter::{BECKMANN_M, CHARLIE_ALPHA, GGX_ALPHA, KAPPA, Legal, PHONG_N};
@@ -31,6 +31,7 @@ pub(super) enum BxdfType {
     Merl,
     Irregular,
     DiffuseSpecular,
+    Layered,
 }
 
 /// Types of Fresnel terms.
@@ -74,6 +75,7 @@ pub(super) const BXDFS: Vocabulary<BxdfType> = Vocabulary {
         ("merl", BxdfType::Merl),
         ("irregular", BxdfType::Irregular),
         ("diffuse-specular", BxdfType::DiffuseSpecular),
+        ("layered", BxdfType::Layered),
     ],
 };
 
@@ -140,6 +142,11 @@ pub(super) const COUPLINGS: Vocabulary<Coupling> = Vocabulary {
         ("mikkelsen", Coupling::Mikkelsen),
         ("energy-preserving", Coupling::EnergyPreserving),
     ],
+};
+
+pub(super) const VEILS: Vocabulary<Veil> = Vocabulary {
+    what: "veil",
+    known: &[("albedo", Veil::Albedo), ("fresnel", Veil::Fresnel)],
 };
 
 impl<T: Copy> Vocabulary<T> {

@@ -24,7 +24,7 @@ const fn tested(reason: &'static str) -> Departure {
 const MEASURED: &str = "measured data is taken as it is, and reaches to the horizon by extrapolation";
 
 const NEUBELT: &str = "masking = \"neubelt\" is not made from the distribution: narrow ones gain energy at grazing angles";
-const FITTED: &str = "masking = \"charlie\" is a fit: narrow distributions gain energy, and all at mu below 1e-7";
+const FITTED: &str = "masking = \"charlie\" is a fit: narrow distributions gain energy at grazing angles";
 
 /// All known departures.
 const KNOWN: [Known; 17] = [

@@ -8,6 +8,7 @@ use super::Microfacet;
 use crate::bxdf::weights::{BLOCK, Draws, Lane};
 use crate::bxdf::{Bxdf, Flags, Sampling};
 use crate::distribution::{Isotropic, lanes as distribution};
+use crate::masking::Masking;
 use crate::masking::lanes::{Facets, Mask, visible_slopes, visible_walls};
 use crate::numerics::lanes::sin_cos_turns;
 use multiversion::multiversion;
@@ -26,7 +27,7 @@ impl Microfacet {
             return false;
         }
         // where f has no limit
-        if self.masking.is_unbounded() && heights.contains(&0.0) {
+        if self.masking == Masking::None && heights.contains(&0.0) {
             return false;
         }
         let mut facets = Facets {
