@@ -28,8 +28,8 @@ impl Veil {
     /// The factor of what lies below, for people.
     pub fn formula(self) -> &'static str {
         match self {
-            Self::Albedo => "max(0, 1 - max(rho_hd(mu)))",
-            Self::Fresnel => "1 - max(reflectance F(mu))",
+            Self::Albedo => "max(0, 1 - max over channels of scale rho_hd(mu))",
+            Self::Fresnel => "1 - max over channels of scale reflectance F(mu)",
         }
     }
 }
