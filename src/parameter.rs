@@ -112,13 +112,12 @@ pub const KD: Legal = Legal::new("kd", 0.0, 1.0);
 /// Cosine between a direction and the surface normal; 0 stands for the limit.
 pub const MU: Legal = Legal::new("mu", 0.0, 1.0);
 
-/// Every range above. The two parameters of an anisotropic distribution have the range of the isotropic one, under names of
-/// their own, see [`crate::distribution::Elliptic::legal`].
-pub const ALL: [Legal; 19] = [
+/// Every range above, but for [`CHARLIE_ALPHA`], whose name another one has. The two parameters of an anisotropic distribution
+/// have the range of the isotropic one, under names of their own, see [`crate::distribution::Elliptic::legal`].
+pub const ALL: [Legal; 18] = [
     KAPPA,
     BECKMANN_M,
     GGX_ALPHA,
-    CHARLIE_ALPHA,
     PHONG_N,
     ETA,
     ETA_A,

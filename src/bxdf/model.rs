@@ -1,8 +1,8 @@
 //! The closed set of models that scenes name.
 
 use super::{
-    BrdfToBtdf, Bxdf, DiffuseSpecular, Flags, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian,
-    Layered, Microfacet, OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum,
+    BrdfToBtdf, Bxdf, DiffuseSpecular, Flags, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Layered,
+    Microfacet, OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum,
 };
 use crate::spectrum::Channels;
 

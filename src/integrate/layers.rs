@@ -48,7 +48,13 @@ fn total(layered: &Layered, lobe: Lobe, mu: f64, top: Estimate, base: Estimate) 
 pub(super) fn closed(layered: &Layered, target: Target) -> Option<Estimate> {
     let mu = target.outgoing?.mu;
     let top = closed_form(layered.top(), target.of(Lobe::Reflection))?;
-    Some(total(layered, target.lobe, mu, top, closed_form(layered.base(), target)?))
+    Some(total(
+        layered,
+        target.lobe,
+        mu,
+        top,
+        closed_form(layered.base(), target)?,
+    ))
 }
 
 /// rho_hd and rho_hh.
@@ -158,7 +164,9 @@ fn albedo(top: &Model) -> Result<Surface, IntegrateError> {
         })
     };
     if top.is_anisotropic() {
-        return Surface::anisotropic(SURFACE_TOLERANCE, top.width(), |mu, phi| rho(mu, phi, SURFACE_TOLERANCE));
+        return Surface::anisotropic(SURFACE_TOLERANCE, top.width(), |mu, phi| {
+            rho(mu, phi, SURFACE_TOLERANCE)
+        });
     }
     Surface::isotropic(CURVE_TOLERANCE, top.width(), |mu| rho(mu, 0.0, CURVE_TOLERANCE))
 }

@@ -10,8 +10,8 @@ mod tests;
 mod v_groove;
 mod visible;
 
-pub use smith::Smith;
 pub(crate) use sheen::{Fit, HALF, neubelt};
+pub use smith::Smith;
 pub use v_groove::{sample_visible_groove, visible_groove_pdf};
 
 use crate::distribution::Distribution;
@@ -96,7 +96,9 @@ impl Masking {
             Self::Smith | Self::SmithCorrelated => self
                 .smith(distribution)
                 .map_or(0.0, |smith| smith.weight(self == Self::SmithCorrelated, wo, wi, cos)),
-            Self::Neubelt | Self::Charlie => (4.0 * self.sheen(distribution, cos) * cos.i * (cos.d / cos.h)).min(LARGEST),
+            Self::Neubelt | Self::Charlie => {
+                (4.0 * self.sheen(distribution, cos) * cos.i * (cos.d / cos.h)).min(LARGEST)
+            }
         }
     }
 

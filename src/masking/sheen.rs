@@ -14,9 +14,7 @@ impl Masking {
         };
         match self {
             Self::Neubelt => neubelt(cos.o, cos.i),
-            Self::Charlie => {
-                Fit::new(charlie.alpha()).visibility(cos.o, cos.i)
-            }
+            Self::Charlie => Fit::new(charlie.alpha()).visibility(cos.o, cos.i),
             Self::None | Self::VGroove | Self::Smith | Self::SmithCorrelated => 0.0,
         }
     }

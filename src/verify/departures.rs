@@ -23,7 +23,8 @@ const fn tested(reason: &'static str) -> Departure {
 
 const MEASURED: &str = "measured data is taken as it is, and reaches to the horizon by extrapolation";
 
-const NEUBELT: &str = "masking = \"neubelt\" is not made from the distribution: narrow ones gain energy at grazing angles";
+const NEUBELT: &str =
+    "masking = \"neubelt\" is not made from the distribution: narrow ones gain energy at grazing angles";
 const FITTED: &str = "masking = \"charlie\" is a fit: narrow distributions gain energy at grazing angles";
 
 /// All known departures.
