@@ -86,7 +86,8 @@ const KEY: [Expected; 15] = [
             ("clearcoat", 6),
             ("dielectric", 19),
             ("diffuse", 13),
-            ("roughness-range", 1),
+            // a base and a coat
+            ("roughness-range", 2),
         ],
         roughness: &[0.03, 0.44, 0.6, 0.9],
         range: Some([LEAST, 1.0]),
