@@ -83,6 +83,15 @@ impl Polar {
         }
     }
 
+    /// ln sin theta, accurate near the horizon; minus infinity at the pole.
+    pub fn ln_sin(self) -> f64 {
+        if self.cos < 0.5 {
+            0.5 * libm::log1p(-self.cos * self.cos)
+        } else {
+            libm::log(self.sin)
+        }
+    }
+
     /// The angle in radians.
     pub fn angle(self) -> f64 {
         libm::atan2(self.sin, self.cos)

@@ -78,6 +78,9 @@ pub const KAPPA: Legal = Legal::new("kappa", 0.0, 1e12);
 pub const BECKMANN_M: Legal = Legal::new("m", 1e-6, 10.0);
 /// Slope width of the GGX distribution.
 pub const GGX_ALPHA: Legal = Legal::new("alpha", 1e-6, 10.0);
+/// Spread of the fibres of the Charlie distribution. Engines take the square of a sheen roughness in [0, 1] with a floor of
+/// 0.04 to 0.07, so that all they use is legal, and the fit of the `charlie` masking was made for (0, 1].
+pub const CHARLIE_ALPHA: Legal = Legal::new("alpha", 1e-3, 1.0);
 /// Exponent of the normalised Phong distribution.
 pub const PHONG_N: Legal = Legal::new("n", 0.0, 1e8);
 /// Relative index of refraction, transmitted over incident side.
@@ -109,8 +112,8 @@ pub const KD: Legal = Legal::new("kd", 0.0, 1.0);
 /// Cosine between a direction and the surface normal; 0 stands for the limit.
 pub const MU: Legal = Legal::new("mu", 0.0, 1.0);
 
-/// Every range above. The two parameters of an anisotropic distribution have the range of the isotropic one, under names of
-/// their own, see [`crate::distribution::Elliptic::legal`].
+/// Every range above, but for [`CHARLIE_ALPHA`], whose name another one has. The two parameters of an anisotropic distribution
+/// have the range of the isotropic one, under names of their own, see [`crate::distribution::Elliptic::legal`].
 pub const ALL: [Legal; 18] = [
     KAPPA,
     BECKMANN_M,

@@ -6,7 +6,9 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use whitefurnace::bxdf::Veil;
 use whitefurnace::fresnel::Fresnel;
+use whitefurnace::masking::Masking;
 use whitefurnace::scene::{DistributionSpec, ModelSpec, Roughness, Scene};
 
 /// What a file calls for.
@@ -84,7 +86,8 @@ const KEY: [Expected; 15] = [
             ("clearcoat", 6),
             ("dielectric", 19),
             ("diffuse", 13),
-            ("roughness-range", 1),
+            // a base and a coat
+            ("roughness-range", 2),
         ],
         roughness: &[0.03, 0.44, 0.6, 0.9],
         range: Some([LEAST, 1.0]),
@@ -245,6 +248,8 @@ impl Found {
                 self.roughness.push(0.0);
                 self.indices.push(glass.eta_b());
             }
+            // layers have a test of their own
+            ModelSpec::Layered { base, .. } => self.walk(base),
             other => other.parts().into_iter().for_each(|part| self.walk(part)),
         }
     }
@@ -325,6 +330,44 @@ fn published_files_call_for_what_they_show() {
     }
     // none is left out of the key
     assert_eq!(fs::read_dir(&folder).unwrap().count(), KEY.len());
+}
+
+/// Sheen and clearcoat are lobes with their published roughnesses, and nothing of them is left out.
+#[test]
+fn layers_of_published_files_are_lobes() {
+    let Some(folder) = published("gltf") else { return };
+    for (file, sheens, coats) in [
+        ("ToyCar.materials.gltf", 1, 1),
+        ("SheenChair.materials.gltf", 1, 0),
+        ("ClearCoatTest.gltf", 0, 6),
+    ] {
+        let scene = Scene::load(&folder.join(file)).unwrap();
+        let mut found = (0, 0);
+        for material in &scene.materials {
+            let gaps: Vec<&str> = material.gaps.iter().map(|gap| gap.what.as_str()).collect();
+            assert!(
+                !gaps.contains(&"sheen") && !gaps.contains(&"clearcoat"),
+                "{file}: {gaps:?}"
+            );
+            let ModelSpec::Layered { top, veil, .. } = &material.model else {
+                continue;
+            };
+            let (masking, r0) = match top.as_ref() {
+                ModelSpec::Microfacet { masking, fresnel, .. } => (Some(*masking), *fresnel),
+                ModelSpec::SpecularReflection(mirror) => (None, *mirror.fresnel()),
+                other => panic!("{file}: {other:?}"),
+            };
+            if masking == Some(Masking::Charlie) {
+                assert_eq!((*veil, r0), (Veil::Albedo, Fresnel::None), "{file}");
+                found.0 += 1;
+            } else {
+                assert!(matches!(r0, Fresnel::Schlick { r0 } if r0.value().x == 0.04), "{file}");
+                assert_eq!(*veil, Veil::Fresnel, "{file}");
+                found.1 += 1;
+            }
+        }
+        assert_eq!(found, (sheens, coats), "{file}");
+    }
 }
 
 #[test]

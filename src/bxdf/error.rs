@@ -17,4 +17,24 @@ pub enum ModelError {
         /// Name of the distribution.
         distribution: &'static str,
     },
+    /// Facets that stand off the surface with a masking of others, or the reverse.
+    #[error(
+        "masking \"{masking}\" is not allowed with distribution \"{distribution}\": charlie goes with neubelt and charlie \
+         only, and those with nothing else"
+    )]
+    SheenNeedsCharlie {
+        /// Name of the masking.
+        masking: &'static str,
+        /// Name of the distribution.
+        distribution: &'static str,
+    },
+    /// A layer that transmits light, or reflects none.
+    #[error("the top of layers reflects and lets nothing through: what lies below gets what the veil leaves")]
+    LayerLetsThrough,
+    /// The veil of a Fresnel term, of a layer that has none.
+    #[error("veil \"fresnel\" is not allowed: it goes with a microfacet or a specular-reflection on top")]
+    LayerWithoutFresnel,
+    /// A coat of facets that stand off the surface.
+    #[error("distribution \"charlie\" is not allowed in a fresnel-blend: a coat has facets that lie in the surface")]
+    CoatOfCharlie,
 }

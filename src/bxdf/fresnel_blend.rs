@@ -1,10 +1,10 @@
 //! A glossy coat over a diffuse base, after Ashikhmin and Shirley [pbrt 2010, section 8.5].
 
-use super::{Bxdf, BxdfSample, Flags, Sampling, cosine_hemisphere};
-use crate::distribution::Distribution;
+use super::{Bxdf, BxdfSample, Flags, ModelError, Sampling, cosine_hemisphere};
+use crate::distribution::{Distribution, Isotropic};
 use crate::geometry::{half_vector, reflect};
 use crate::masking::{Cosines, LARGEST};
-use crate::parameter::{ParameterError, RD, RS};
+use crate::parameter::{RD, RS};
 use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI};
@@ -34,12 +34,17 @@ impl FresnelBlend {
     /// Reflectances in [0, 1] in every channel: `rd` of the base, [`RD`], `rs` of the coat at normal incidence, [`RS`].
     ///
     /// # Errors
-    /// [`ParameterError`] outside that range, with the value and the range.
-    pub fn new(rd: Spectrum, rs: Spectrum, distribution: impl Into<Distribution>) -> Result<Self, ParameterError> {
+    /// [`ModelError::Parameter`] outside that range, with the value and the range; [`ModelError::CoatOfCharlie`] for a distribution of
+    /// facets that stand off the surface, under which a coat without masking would gain most of its light.
+    pub fn new(rd: Spectrum, rs: Spectrum, distribution: impl Into<Distribution>) -> Result<Self, ModelError> {
+        let distribution = distribution.into();
+        if matches!(distribution, Distribution::Isotropic(Isotropic::Charlie(_))) {
+            return Err(ModelError::CoatOfCharlie);
+        }
         Ok(Self {
             rd: rd.check(RD)?,
             rs: rs.check(RS)?,
-            distribution: distribution.into(),
+            distribution,
         })
     }
 

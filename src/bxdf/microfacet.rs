@@ -5,14 +5,15 @@ mod lanes;
 mod tests;
 
 use super::weights::one_by_one;
-use super::{Bxdf, BxdfSample, Draws, Flags, Lane, ModelError, Sampling};
-use crate::distribution::Distribution;
+use super::{Bxdf, BxdfSample, Draws, Flags, Lane, ModelError, Sampling, opposite_sides};
+use crate::distribution::{Distribution, Isotropic};
 use crate::fresnel::Fresnel;
 use crate::geometry::{Polar, half_vector, reflect};
 use crate::masking::{Cosines, LARGEST, Masking, Smith};
 use crate::parameter::REFLECTANCE;
 use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
+use std::f64::consts::TAU;
 
 /// f = R F(o.h) V'(h, o, i) p(h)/(4 (n.i)(n.o)(n.h)).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +33,8 @@ impl Microfacet {
     ///
     /// # Errors
     /// [`ModelError::Parameter`] outside that range, with the value and the range; [`ModelError::SmithNeedsSlopes`] for Smith masking of a distribution
-    /// other than Beckmann and GGX.
+    /// other than Beckmann and GGX; [`ModelError::SheenNeedsCharlie`] for Charlie without one of the maskings of sheen, and for those
+    /// with another distribution.
     pub fn new(
         reflectance: Spectrum,
         distribution: impl Into<Distribution>,
@@ -40,8 +42,15 @@ impl Microfacet {
         fresnel: Fresnel,
     ) -> Result<Self, ModelError> {
         let distribution = distribution.into();
+        let is_charlie = matches!(distribution, Distribution::Isotropic(Isotropic::Charlie(_)));
         if masking.is_smith() && Smith::new(&distribution).is_none() {
             return Err(ModelError::SmithNeedsSlopes {
+                distribution: distribution.name(),
+            });
+        }
+        if masking.is_sheen() != is_charlie {
+            return Err(ModelError::SheenNeedsCharlie {
+                masking: masking.name(),
                 distribution: distribution.name(),
             });
         }
@@ -61,6 +70,14 @@ impl Microfacet {
     /// R F at the facet angle theta_d.
     pub fn facet_reflectance_at(&self, theta_d: Polar) -> DVec3 {
         self.reflectance.value() * self.fresnel.reflectance_at(theta_d)
+    }
+
+    /// What stands for `sampling`: see [`Bxdf::sample_f`].
+    fn drawn(&self, sampling: Sampling) -> Sampling {
+        match sampling {
+            Sampling::Visible | Sampling::Bxdf if self.masking.is_sheen() => Sampling::Uniform,
+            other => other,
+        }
     }
 
     /// wi from wo mirrored by the facet normal, with its cosines; `None` where the facet faces away or wi points down.
@@ -112,8 +129,11 @@ impl Bxdf for Microfacet {
         self.facet_reflectance(half.cos_d) * self.masking.lobe(&self.distribution, wo, wi, half.wh, cosines)
     }
 
-    /// The density of visible normals, mirrored.
+    /// The density of visible normals, mirrored; under the maskings of sheen 1/(2 pi).
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        if self.masking.is_sheen() {
+            return if opposite_sides(wo, wi) { 0.0 } else { TAU.recip() };
+        }
         let (wo, wi) = if wo.z < 0.0 { (-wo, -wi) } else { (wo, wi) };
         let Some(half) = half_vector(wo, wi) else { return 0.0 };
         if half.wh.z <= 0.0 {
@@ -123,19 +143,21 @@ impl Bxdf for Microfacet {
             .visible_pdf(&self.distribution, wo, wo.z.abs(), half.wh, half.cos_d)
     }
 
-    /// Visible normals.
+    /// Visible normals; under the maskings of sheen, whose facets all directions meet at a slant, the hemisphere uniformly,
+    /// as their authors do: of normals drawn from p the weights have no bound.
     fn sample_f(&self, wo: DVec3, u: [f64; 3]) -> BxdfSample {
-        self.sample(Sampling::Visible, wo, u)
+        self.sample(Sampling::Bxdf, wo, u)
     }
 
-    fn supports(&self, _: Sampling) -> bool {
-        true
+    /// All but visible normals under the maskings of sheen, which say of no facet whether it is seen.
+    fn supports(&self, sampling: Sampling) -> bool {
+        sampling != Sampling::Visible || !self.masking.is_sheen()
     }
 
     /// A third number chooses between the walls of a groove.
     fn dimensions(&self, sampling: Sampling) -> usize {
         match sampling {
-            Sampling::Visible | Sampling::Bxdf if !self.masking.is_smith() => 3,
+            Sampling::Visible | Sampling::Bxdf if !self.masking.is_smith() && !self.masking.is_sheen() => 3,
             _ => 2,
         }
     }
@@ -147,7 +169,7 @@ impl Bxdf for Microfacet {
     }
 
     fn sample(&self, sampling: Sampling, wo: DVec3, u: [f64; 3]) -> BxdfSample {
-        match sampling {
+        match self.drawn(sampling) {
             Sampling::Uniform => super::sample_uniform(self, wo, u),
             Sampling::Cosine => super::sample_cosine(self, wo, u),
             Sampling::Normals | Sampling::Visible | Sampling::Bxdf if wo.z < 0.0 => {

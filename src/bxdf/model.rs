@@ -1,7 +1,7 @@
 //! The closed set of models that scenes name.
 
 use super::{
-    BrdfToBtdf, Bxdf, DiffuseSpecular, Flags, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian,
+    BrdfToBtdf, Bxdf, DiffuseSpecular, Flags, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Layered,
     Microfacet, OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum,
 };
 use crate::spectrum::Channels;
@@ -35,6 +35,17 @@ pub enum Model {
     Sum(Sum<Model>),
     /// A specular lobe over a diffuse base.
     DiffuseSpecular(Box<DiffuseSpecular>),
+    /// A layer over another model.
+    Layered(Box<Layered>),
+}
+
+/// A model that needs the albedo of another before it can be evaluated.
+#[derive(Debug, Clone, Copy)]
+pub enum Needs<'a> {
+    /// A coupling, that of its specular lobe.
+    Coupling(&'a DiffuseSpecular),
+    /// Layers, that of the top.
+    Layers(&'a Layered),
 }
 
 /// `$body` with `$leaf` bound to a model that is a [`Bxdf`] by itself, and the arms of those that are made of others.
@@ -56,22 +67,23 @@ macro_rules! each {
 }
 
 impl Model {
-    /// The model as a [`Bxdf`]; `couple` makes one of a coupling, which needs the albedo of its specular lobe.
+    /// The model as a [`Bxdf`]; `make` makes one of what needs an albedo for that.
     ///
     /// # Errors
-    /// Those of `couple`.
+    /// Those of `make`.
     pub fn as_bxdf<'a, E>(
         &'a self,
-        couple: &dyn Fn(&'a DiffuseSpecular) -> Result<Box<dyn Bxdf + 'a>, E>,
+        make: &dyn Fn(Needs<'a>) -> Result<Box<dyn Bxdf + 'a>, E>,
     ) -> Result<Box<dyn Bxdf + 'a>, E> {
         each!(self, leaf => Ok(Box::new(leaf)),
-            Self::BrdfToBtdf(mirrored) => Ok(Box::new(BrdfToBtdf::new(mirrored.bxdf().as_bxdf(couple)?))),
-            Self::Scaled(scaled) => Ok(Box::new(scaled.with(scaled.bxdf().as_bxdf(couple)?))),
+            Self::BrdfToBtdf(mirrored) => Ok(Box::new(BrdfToBtdf::new(mirrored.bxdf().as_bxdf(make)?))),
+            Self::Scaled(scaled) => Ok(Box::new(scaled.with(scaled.bxdf().as_bxdf(make)?))),
             Self::Sum(sum) => {
-                let parts: Result<Vec<_>, E> = sum.parts().iter().map(|part| part.as_bxdf(couple)).collect();
+                let parts: Result<Vec<_>, E> = sum.parts().iter().map(|part| part.as_bxdf(make)).collect();
                 Ok(Box::new(Sum::new(parts?)))
             }
-            Self::DiffuseSpecular(coupled) => couple(coupled),
+            Self::DiffuseSpecular(coupled) => make(Needs::Coupling(coupled)),
+            Self::Layered(layered) => make(Needs::Layers(layered)),
         )
     }
 
@@ -82,6 +94,7 @@ impl Model {
             Self::Scaled(scaled) => vec![scaled.bxdf()],
             Self::Sum(sum) => sum.parts().iter().collect(),
             Self::DiffuseSpecular(coupled) => vec![coupled.specular()],
+            Self::Layered(layered) => vec![layered.top(), layered.base()],
             _ => Vec::new(),
         }
     }
@@ -93,6 +106,7 @@ impl Model {
             Self::Scaled(scaled) => scaled.bxdf().channels().max(scaled.scale().channels()),
             Self::Sum(sum) => sum.parts().iter().map(Self::channels).max().unwrap_or(Channels::Grey),
             Self::DiffuseSpecular(coupled) => coupled.channels(),
+            Self::Layered(layered) => layered.top().channels().max(layered.base().channels()),
         )
     }
 
@@ -103,6 +117,7 @@ impl Model {
             Self::Scaled(scaled) => scaled.bxdf().flags(),
             Self::Sum(sum) => sum.parts().iter().map(Self::flags).collect(),
             Self::DiffuseSpecular(coupled) => coupled.specular().flags() | Flags::REFLECTION | Flags::DIFFUSE,
+            Self::Layered(layered) => layered.top().flags() | layered.base().flags(),
         )
     }
 
@@ -114,6 +129,10 @@ impl Model {
             Self::BrdfToBtdf(mirrored) => Self::BrdfToBtdf(Box::new(BrdfToBtdf::new(mirrored.bxdf().accounted()))),
             Self::Scaled(scaled) => Self::Scaled(Box::new(scaled.with(scaled.bxdf().accounted()))),
             Self::Sum(sum) => Self::Sum(Sum::new(sum.parts().iter().map(Self::accounted).collect())),
+            Self::Layered(layered) => {
+                let below = layered.base().accounted();
+                Self::Layered(Box::new(layered.with(layered.top().clone(), below)))
+            }
             other => other.clone(),
         }
     }

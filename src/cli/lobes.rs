@@ -1,8 +1,8 @@
 //! The lobes of planned materials, as plans and manifests tell of them.
 
 use serde_json::Value;
-use whitefurnace::export::manifest::{AlbedoEntry, BaseEntry, LobeEntry};
-use whitefurnace::plan::{MaterialPlan, Source, Term};
+use whitefurnace::export::manifest::{AlbedoEntry, BaseEntry, LayerEntry, LobeEntry};
+use whitefurnace::plan::{Layer, MaterialPlan, Source, Term};
 use whitefurnace::spectrum::Spectrum;
 
 /// Every lobe of `material`.
@@ -25,6 +25,14 @@ fn lobe(term: &Term) -> LobeEntry {
             scale: spectrum(base.outer),
             coupled: base.index,
         }),
+        under: term.layers.iter().map(layer).collect(),
+    }
+}
+
+fn layer(layer: &Layer) -> LayerEntry {
+    LayerEntry {
+        lobes: layer.lobes.clone(),
+        factor: layer.veil.formula().into(),
     }
 }
 

@@ -6,7 +6,7 @@
 //! theta(-ln(1 - u)); the deterministic integrators use q = sqrt(2 E), in which every lobe has the weight q exp(-q^2/2)
 //! whatever its width.
 
-use super::{Beckmann, Ggx, Phong, Vmf};
+use super::{Beckmann, Charlie, Ggx, Phong, Vmf};
 use crate::geometry::Polar;
 use crate::parameter::{Legal, ParameterError};
 use glam::DVec3;
@@ -23,6 +23,8 @@ pub enum Isotropic {
     Phong(Phong),
     /// GGX, also called Trowbridge-Reitz.
     Ggx(Ggx),
+    /// Charlie, of facets that stand off the surface.
+    Charlie(Charlie),
 }
 
 /// The families of distributions, each with one roughness parameter.
@@ -36,14 +38,16 @@ pub enum Family {
     Phong,
     /// GGX with slope alpha.
     Ggx,
+    /// Charlie with spread alpha.
+    Charlie,
 }
 
 impl Family {
     /// Every family.
-    pub const ALL: [Self; 4] = [Self::Vmf, Self::Beckmann, Self::Phong, Self::Ggx];
+    pub const ALL: [Self; 5] = [Self::Vmf, Self::Beckmann, Self::Phong, Self::Ggx, Self::Charlie];
 
     /// The member of the family with the given roughness parameter: kappa in [0, 1e12] for vMF, the slopes m and alpha in
-    /// [1e-6, 10] for Beckmann and GGX, n in [0, 1e8] for Phong; see [`Family::legal`].
+    /// [1e-6, 10] for Beckmann and GGX, n in [0, 1e8] for Phong, alpha in [1e-3, 1] for Charlie; see [`Family::legal`].
     ///
     /// # Errors
     /// [`ParameterError`] outside that range, with the value and the range.
@@ -53,6 +57,7 @@ impl Family {
             Self::Beckmann => Isotropic::Beckmann(Beckmann::new(roughness)?),
             Self::Phong => Isotropic::Phong(Phong::new(roughness)?),
             Self::Ggx => Isotropic::Ggx(Ggx::new(roughness)?),
+            Self::Charlie => Isotropic::Charlie(Charlie::new(roughness)?),
         })
     }
 
@@ -63,6 +68,7 @@ impl Family {
             Self::Beckmann => crate::parameter::BECKMANN_M,
             Self::Phong => crate::parameter::PHONG_N,
             Self::Ggx => crate::parameter::GGX_ALPHA,
+            Self::Charlie => crate::parameter::CHARLIE_ALPHA,
         }
     }
 
@@ -73,6 +79,7 @@ impl Family {
             Self::Beckmann => "beckmann",
             Self::Phong => "phong",
             Self::Ggx => "ggx",
+            Self::Charlie => "charlie",
         }
     }
 }
@@ -84,6 +91,7 @@ macro_rules! each {
             Isotropic::Beckmann($d) => $body,
             Isotropic::Phong($d) => $body,
             Isotropic::Ggx($d) => $body,
+            Isotropic::Charlie($d) => $body,
         }
     };
 }
@@ -96,6 +104,7 @@ impl Isotropic {
             Self::Beckmann(_) => Family::Beckmann,
             Self::Phong(_) => Family::Phong,
             Self::Ggx(_) => Family::Ggx,
+            Self::Charlie(_) => Family::Charlie,
         }
     }
 
@@ -134,8 +143,13 @@ impl Isotropic {
         self.inverse_cdf(u[0]).direction(TAU * u[1])
     }
 
-    /// A typical polar angle of the lobe in radians: the median of P.
+    /// A typical width of the lobe in radians: the median angle of its facets from the pole, or from the horizon where they
+    /// stand off the surface.
     pub fn width(&self) -> f64 {
-        self.inverse_cdf(0.5).angle()
+        let median = self.inverse_cdf(0.5);
+        match self {
+            Self::Charlie(_) => libm::atan2(median.cos, median.sin),
+            _ => median.angle(),
+        }
     }
 }

@@ -18,6 +18,7 @@ pub(crate) fn normals(distribution: &Isotropic, u: [&Lane; 2], h: &mut [Lane; 3]
         Isotropic::Beckmann(d) => draw(Beckmann { m: d.m() }, u, h),
         Isotropic::Vmf(d) => draw(Vmf::new(d.kappa(), d.peak()), u, h),
         Isotropic::Phong(d) => draw(Phong { n: d.n() }, u, h),
+        Isotropic::Charlie(d) => draw(Charlie { n: d.exponent() }, u, h),
     }
 }
 
@@ -28,6 +29,7 @@ pub(crate) fn densities(distribution: &Isotropic, h: &[Lane; 3], out: &mut Lane)
         Isotropic::Beckmann(d) => evaluate(Beckmann { m: d.m() }, h, out),
         Isotropic::Vmf(d) => evaluate(Vmf::new(d.kappa(), d.peak()), h, out),
         Isotropic::Phong(d) => evaluate(Phong { n: d.n() }, h, out),
+        Isotropic::Charlie(d) => evaluate(Charlie { n: d.exponent() }, h, out),
     }
 }
 
@@ -176,6 +178,31 @@ impl Profile for Phong {
         let far = ln(cos.max(f64::MIN_POSITIVE));
         let ln_cos = if sin2 < 0.5 { near } else { far };
         let exponent = -self.n * ln_cos;
+        let d = (self.n + 2.0) / TAU * exp(-exponent);
+        if exponent < FARTHEST { d } else { 0.0 }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Charlie {
+    n: f64,
+}
+
+impl Profile for Charlie {
+    /// sin^(n + 2) = u
+    #[inline(always)]
+    fn polar(self, u: f64) -> (f64, f64) {
+        let ln_sin = ln(u.max(f64::MIN_POSITIVE)) / (self.n + 2.0);
+        (exp(ln_sin), (-exp_m1(2.0 * ln_sin)).sqrt())
+    }
+
+    #[inline(always)]
+    fn d(self, sin2: f64, cos: f64) -> f64 {
+        // of the two forms of ln sin, the one that cancels is not chosen
+        let near = 0.5 * ln(sin2.max(f64::MIN_POSITIVE));
+        let far = 0.5 * ln_sum(1.0, -(cos * cos).min(0.75));
+        let ln_sin = if sin2 < 0.5 { near } else { far };
+        let exponent = -self.n * ln_sin;
         let d = (self.n + 2.0) / TAU * exp(-exponent);
         if exponent < FARTHEST { d } else { 0.0 }
     }

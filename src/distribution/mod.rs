@@ -9,6 +9,7 @@
 
 mod anisotropic;
 mod beckmann;
+mod charlie;
 mod ggx;
 mod isotropic;
 pub(crate) mod lanes;
@@ -19,6 +20,7 @@ mod vmf;
 
 pub use anisotropic::{Anisotropic, Elliptic};
 pub use beckmann::Beckmann;
+pub use charlie::Charlie;
 pub use ggx::Ggx;
 pub use isotropic::{Family, Isotropic};
 pub use phong::Phong;
@@ -115,7 +117,7 @@ impl Distribution {
         }
     }
 
-    /// A typical polar angle of the lobe in radians, along the tangent where it is narrower: the median of P there.
+    /// A typical width of the lobe in radians, along the tangent where it is narrower, see [`Isotropic::width`].
     pub fn width(&self) -> f64 {
         match self {
             Self::Isotropic(isotropic) => isotropic.width(),

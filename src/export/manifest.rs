@@ -2,7 +2,7 @@
 
 mod material;
 
-pub use material::{AlbedoEntry, BaseEntry, LobeEntry, MaterialEntry};
+pub use material::{AlbedoEntry, BaseEntry, LayerEntry, LobeEntry, MaterialEntry};
 
 use super::{ExportError, FORMAT, SOFTWARE, VERSION, json_reason};
 use crate::regular;

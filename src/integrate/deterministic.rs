@@ -2,10 +2,11 @@
 
 use super::hemisphere::Mean;
 use super::{
-    Angles, ErrorKind, Estimate, Estimator, IntegrateError, Lobe, Target, facets, half_angle_hd, half_angle_hh,
-    microfacet_hd, microfacet_hh, smith_hd,
+    Angles, ErrorKind, Estimate, Estimator, IntegrateError, Lobe, Target, facets, half_angle_hd, half_angle_hh, layers,
+    microfacet_hd, microfacet_hh, sheen, smith_hd,
 };
 use crate::bxdf::{DiffuseSpecular, Flags, FresnelBlend, Microfacet, Model, SpecularReflection};
+use crate::distribution::Isotropic;
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
 use crate::numerics::quadrature::{Bounded, Integral};
@@ -58,6 +59,7 @@ pub fn closed_form(model: &Model, target: Target) -> Option<Estimate> {
                 None => Some(total_mean(coupled, unspent)),
             }
         }
+        Model::Layered(layered) => layers::closed(layered, target),
     }
 }
 
@@ -94,6 +96,7 @@ pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estim
                 ..estimate
             })
         }
+        Model::Layered(layered) => layers::integrated(layered, target, tolerance),
         Model::Irregular(_) => Err(IntegrateError::Unsupported {
             estimator: Estimator::Quadrature,
             reason: "f jumps between irregular samples; use auto or qmc-bxdf",
@@ -108,6 +111,12 @@ pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estim
 }
 
 fn of_microfacet(microfacet: &Microfacet, target: Target, tolerance: f64) -> Result<Integral, IntegrateError> {
+    if let Some(Isotropic::Charlie(charlie)) = microfacet.distribution.isotropic() {
+        return match target.outgoing {
+            Some(Angles { mu, .. }) => sheen::rho_hd(microfacet, charlie, mu, tolerance),
+            None => sheen::rho_hh(microfacet, charlie, tolerance),
+        };
+    }
     // V-grooves and no masking have integrators of their own, with the azimuth integral inside, for isotropic lobes
     let isotropic = microfacet
         .distribution

@@ -1,4 +1,5 @@
-//! rho_hd of any lobe made of facets, deterministically: any distribution, masked in any way, anisotropic ones included.
+//! rho_hd of any lobe made of facets, deterministically: any distribution, masked in any way, anisotropic ones included; but
+//! for facets that stand off the surface, see [`super::sheen`].
 //!
 //! In the standard variates of the distribution, rho_hd(o) = (1/2 pi) int dpsi int_0^q_max q exp(-q^2/2) F(o.h) w dq, with
 //! the weight w = f cos_i 4 (o.h)/(p F) of a half vector. The azimuth is the outer variable: along a fixed azimuth every
@@ -195,7 +196,7 @@ impl Facets<'_> {
         match self.weight {
             Weight::Masked(Masking::VGroove | Masking::None) => 2.0,
             // 1 + c times the mean of r: 1 + 2 (pi/2) and 1 + 2 sqrt(pi) (sqrt(pi)/2)
-            Weight::Masked(Masking::Smith | Masking::SmithCorrelated) => 5.0,
+            Weight::Masked(_) => 5.0,
             // the mean of 1/(n.h), which is the logarithm of its bound for facets that are infinitely many at the horizon
             Weight::Coat if is_vmf(self.distribution) => 2.0 + libm::log(mu.recip()),
             // and below 2 for all others: (n + 2)/(n + 1) for Phong
@@ -211,7 +212,7 @@ impl Facets<'_> {
             Weight::Masked(Masking::None) => libm::log(2.0 + 2.0 / mu) - libm::log(allowed),
             // w <= G1 (1 + x t) <= 1 + c r with the stretched radius r of the normal, since Lambda is at least r_o/c with
             // c = 2 for GGX, where r = sqrt(e^E - 1), and c = 2 sqrt(pi) for Beckmann, where r = sqrt E
-            Weight::Masked(Masking::Smith | Masking::SmithCorrelated) => 2.0 * (libm::log(6.0f64) - libm::log(allowed)),
+            Weight::Masked(_) => 2.0 * (libm::log(6.0f64) - libm::log(allowed)),
             Weight::Coat => return self.coat_tail(mu, allowed),
         };
         (2.0 * exposure.max(1.0)).sqrt()
@@ -581,7 +582,7 @@ impl Slice {
                 let (alpha, width) = (ggx.alpha(), ggx.alpha() / mu);
                 (width, 2.0 * width * (alpha / end).powi(2) * (1.0 + self.x * end))
             }
-            Isotropic::Vmf(_) | Isotropic::Beckmann(_) | Isotropic::Phong(_) => (1.0, 0.0),
+            Isotropic::Vmf(_) | Isotropic::Beckmann(_) | Isotropic::Phong(_) | Isotropic::Charlie(_) => (1.0, 0.0),
         };
         let first = (width < LARGEST_LAYER && weight > 0.01 * allowed).then_some(2.0 * width);
         std::iter::successors(first, |distance| Some(LAYER_STEP * distance))

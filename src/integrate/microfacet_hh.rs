@@ -133,8 +133,8 @@ fn kept(theta: Polar, delta: Polar, masking: Masking) -> f64 {
     let level = delta.sin / c;
     let pieces = match masking {
         Masking::None => [Segment::clipped(0.0, horizon, 0.0, (level, 0.0)), None],
-        // Smith does not come here: `super::deterministic` refuses it
-        Masking::VGroove | Masking::Smith | Masking::SmithCorrelated => {
+        // the others have integrators of their own, see `super::deterministic`
+        _ => {
             let meet = (rise - 0.5 * level) / fall;
             [
                 Segment::clipped(0.0, meet, 0.0, (level, 0.0)),

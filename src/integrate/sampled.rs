@@ -1,14 +1,17 @@
 //! Models made ready for sampling.
 
-use super::{Estimator, IntegrateError, coupled_bxdf};
-use crate::bxdf::{Bxdf, DiffuseSpecular, Model, Sampling};
+use super::{Estimator, IntegrateError, coupled_bxdf, layers};
+use crate::bxdf::{Bxdf, DiffuseSpecular, Model, Needs, Sampling};
 
-/// The model as a [`Bxdf`]; couplings get the specular albedo that they need computed.
+/// The model as a [`Bxdf`]; couplings and layers get the albedo that they need computed.
 ///
 /// # Errors
 /// [`IntegrateError`] when that albedo cannot be computed.
 pub fn sampled(model: &Model) -> Result<Box<dyn Bxdf + '_>, IntegrateError> {
-    model.as_bxdf(&couple)
+    model.as_bxdf(&|needs| match needs {
+        Needs::Coupling(coupled) => couple(coupled),
+        Needs::Layers(layered) => layers::bxdf(layered),
+    })
 }
 
 fn couple(coupled: &DiffuseSpecular) -> Result<Box<dyn Bxdf + '_>, IntegrateError> {

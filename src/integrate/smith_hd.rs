@@ -186,12 +186,12 @@ pub(super) fn rho_hd(microfacet: &Microfacet, mu: f64, tolerance: f64) -> Option
     let (slopes, alpha) = match microfacet.distribution.isotropic()? {
         Isotropic::Ggx(ggx) => (Slopes::Ggx, ggx.alpha()),
         Isotropic::Beckmann(beckmann) => (Slopes::Gaussian, beckmann.m()),
-        Isotropic::Vmf(_) | Isotropic::Phong(_) => return None,
+        Isotropic::Vmf(_) | Isotropic::Phong(_) | Isotropic::Charlie(_) => return None,
     };
     let correlated = match microfacet.masking {
         Masking::Smith => false,
         Masking::SmithCorrelated => true,
-        Masking::None | Masking::VGroove => return None,
+        Masking::None | Masking::VGroove | Masking::Neubelt | Masking::Charlie => return None,
     };
     if mu < LEAST_MU || tolerance < LEAST_TOLERANCE || !microfacet.fresnel.edges().is_empty() {
         return None;

@@ -31,7 +31,7 @@ const ROUGHNESSES: usize = 9;
 const ROUNDING: f64 = 1e-13;
 
 /// The largest excess of `material` over all directions, both sides together; `None` where there is none, and for couplings,
-/// which eq. 28 keeps within what their specular lobe leaves. `table` finds a table by its id.
+/// which eq. 28 keeps within what their specular lobe leaves; of layers the uppermost is looked at. `table` finds a table by its id.
 ///
 /// # Errors
 /// [`ModelError`] for a model that no scene holds, and what `table` fails with.
@@ -39,13 +39,14 @@ pub fn whole_excess<E: From<ModelError>>(
     material: &MaterialPlan,
     mut table: impl FnMut(&str) -> Result<Table, E>,
 ) -> Result<Option<WholeExcess>, E> {
-    let terms = &material.terms;
+    // what lies below a layer gets what that leaves: counted as 0, which is the least that it reflects
+    let terms: Vec<&Term> = material.terms.iter().filter(|term| term.layers.is_empty()).collect();
     let is_told = |term: &Term| matches!(term.albedo, Source::Table { r0: None, .. });
-    if terms.iter().any(|term| term.base.is_some()) || (terms.len() == 1 && terms.iter().all(is_told)) {
+    if terms.iter().any(|term| term.base.is_some()) || (terms.len() == 1 && terms.iter().copied().all(is_told)) {
         return Ok(None);
     }
     let mut lobes = Vec::with_capacity(terms.len());
-    for term in terms {
+    for term in terms.iter().copied() {
         lobes.push(match &term.albedo {
             Source::Table { id, .. } => (term, Some(table(id)?)),
             Source::ClosedForm(_) => (term, None),

@@ -1,7 +1,7 @@
 //! Visible normals and masking for many draws at once: the formulae of [`super::Masking`] and [`Smith`], without branches.
 
 use super::smith::{Shape, Smith};
-use super::{LARGEST, Masking};
+use super::{LARGEST, Masking, neubelt};
 use crate::distribution::Distribution;
 use crate::numerics::lanes::sin_cos_turns;
 use crate::numerics::points::BLOCK;
@@ -24,10 +24,11 @@ pub(crate) enum Mask {
     /// With the widths of the slopes along the tangents.
     Smith([f64; 2]),
     SmithCorrelated([f64; 2]),
+    Neubelt,
 }
 
 impl Mask {
-    /// `None` for the Smith terms of Beckmann, whose Lambda is no elementary function.
+    /// `None` for the Smith terms of Beckmann, whose Lambda is no elementary function, and for the fitted Lambda of sheen.
     pub(crate) fn new(masking: Masking, distribution: &Distribution) -> Option<Self> {
         let ggx = || Smith::new(distribution).filter(|smith| smith.shape == Shape::Ggx);
         match masking {
@@ -35,13 +36,15 @@ impl Mask {
             Masking::VGroove => Some(Self::VGroove),
             Masking::Smith => ggx().map(|smith| Self::Smith(smith.axes.to_array())),
             Masking::SmithCorrelated => ggx().map(|smith| Self::SmithCorrelated(smith.axes.to_array())),
+            Masking::Neubelt => Some(Self::Neubelt),
+            Masking::Charlie => None,
         }
     }
 
     /// The widths of the slopes under Smith masking.
     pub(crate) fn slopes(self) -> Option<[f64; 2]> {
         match self {
-            Self::None | Self::VGroove => None,
+            Self::None | Self::VGroove | Self::Neubelt => None,
             Self::Smith(axes) | Self::SmithCorrelated(axes) => Some(axes),
         }
     }
@@ -53,6 +56,7 @@ impl Mask {
             Self::VGroove => drawn(wo, facets, out, Groove),
             Self::Smith(axes) => drawn(wo, facets, out, Ggx::<false> { axes }),
             Self::SmithCorrelated(axes) => drawn(wo, facets, out, Ggx::<true> { axes }),
+            Self::Neubelt => drawn(wo, facets, out, Neubelt),
         }
     }
 
@@ -63,6 +67,7 @@ impl Mask {
             Self::VGroove => drawn(wo, facets, out, Visible(Groove)),
             Self::Smith(axes) => drawn(wo, facets, out, Visible(Ggx::<false> { axes })),
             Self::SmithCorrelated(axes) => drawn(wo, facets, out, Visible(Ggx::<true> { axes })),
+            Self::Neubelt => drawn(wo, facets, out, Visible(Neubelt)),
         }
     }
 
@@ -73,6 +78,7 @@ impl Mask {
             Self::VGroove => between(wo, wi, facets, out, Groove),
             Self::Smith(axes) => between(wo, wi, facets, out, Ggx::<false> { axes }),
             Self::SmithCorrelated(axes) => between(wo, wi, facets, out, Ggx::<true> { axes }),
+            Self::Neubelt => between(wo, wi, facets, out, Neubelt),
         }
     }
 }
@@ -248,6 +254,26 @@ impl Term for Groove {
         let highest = p.i.max(p.o);
         let masked = (0.25 / (p.i * p.o)).min(0.5 * p.h / (p.d * highest));
         if highest > 0.0 { masked } else { 0.0 }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Neubelt;
+
+impl Term for Neubelt {
+    #[inline(always)]
+    fn weight(self, p: Pair) -> f64 {
+        (4.0 * neubelt(p.o, p.i) * p.i * (p.d / p.h)).min(LARGEST)
+    }
+
+    #[inline(always)]
+    fn visible_weight(self, p: Pair) -> f64 {
+        self.weight(p) / (p.d / (p.o * p.h)).min(2.0)
+    }
+
+    #[inline(always)]
+    fn visibility(self, p: Pair) -> f64 {
+        if p.o + p.i > 0.0 { neubelt(p.o, p.i) } else { 0.0 }
     }
 }
 

@@ -3,12 +3,14 @@
 //! Directions lie above the surface; callers flip those below it.
 
 pub(crate) mod lanes;
+mod sheen;
 mod smith;
 #[cfg(test)]
 mod tests;
 mod v_groove;
 mod visible;
 
+pub(crate) use sheen::{Fit, HALF, neubelt};
 pub use smith::Smith;
 pub use v_groove::{sample_visible_groove, visible_groove_pdf};
 
@@ -30,6 +32,13 @@ pub enum Masking {
     Smith,
     /// Smith, G2 = 1/(1 + Lambda(o) + Lambda(i)): high facets are seen by both directions. Beckmann and GGX only.
     SmithCorrelated,
+    /// The smooth visibility of Ashikhmin and Premoze, which Neubelt and Pettineo made popular:
+    /// V'/(4 (n.o)(n.i)) = 1/(4 (n.o + n.i - (n.o)(n.i))), whatever the distribution is. Exceeds what conserves energy.
+    /// Charlie only.
+    Neubelt,
+    /// G = 1/(1 + Lambda(o) + Lambda(i)) with the Lambda that Estevez and Kulla fitted to their distribution, continued with a
+    /// pole below n.w = 5e-5, where the fit loses it. Charlie only.
+    Charlie,
 }
 
 /// The cosines that a masking term needs, all non-negative.
@@ -53,12 +62,19 @@ impl Masking {
             Self::VGroove => "v-groove",
             Self::Smith => "smith",
             Self::SmithCorrelated => "smith-correlated",
+            Self::Neubelt => "neubelt",
+            Self::Charlie => "charlie",
         }
     }
 
     /// Whether this is one of the two Smith terms, which need a [`Smith`] distribution.
     pub fn is_smith(self) -> bool {
         matches!(self, Self::Smith | Self::SmithCorrelated)
+    }
+
+    /// Whether this is one of the two terms of sheen, which go with [`crate::distribution::Charlie`] only.
+    pub fn is_sheen(self) -> bool {
+        matches!(self, Self::Neubelt | Self::Charlie)
     }
 
     /// The slopes that a Smith term needs. `None` for other terms, and for distributions that no Smith term goes with:
@@ -80,6 +96,9 @@ impl Masking {
             Self::Smith | Self::SmithCorrelated => self
                 .smith(distribution)
                 .map_or(0.0, |smith| smith.weight(self == Self::SmithCorrelated, wo, wi, cos)),
+            Self::Neubelt | Self::Charlie => {
+                (4.0 * self.sheen(distribution, cos) * cos.i * (cos.d / cos.h)).min(LARGEST)
+            }
         }
     }
 
@@ -96,6 +115,7 @@ impl Masking {
             Self::Smith | Self::SmithCorrelated => self.smith(distribution).map_or(0.0, |smith| {
                 smith.visibility(self == Self::SmithCorrelated, wo, wi, cos) / cos.h
             }),
+            Self::Neubelt | Self::Charlie => self.sheen(distribution, cos) / cos.h,
         }
     }
 
@@ -114,6 +134,7 @@ impl Masking {
                 ),
                 None => return 0.0,
             },
+            Self::Neubelt | Self::Charlie => (self.sheen(distribution, cos), distribution.d(h)),
         };
         // a density that vanishes outweighs a shape that has overflowed
         if density == 0.0 {
@@ -125,7 +146,7 @@ impl Masking {
 
     /// A normal drawn from those that `wo` sees: density G1(o, h) max(0, o.h) D(h)/(n.o), with `u` in [0, 1)^3.
     ///
-    /// Without masking these are the normals that V-grooves show.
+    /// Without masking, and under that of sheen, these are the normals that V-grooves show.
     pub fn sample_visible(self, distribution: &Distribution, wo: DVec3, u: [f64; 3]) -> DVec3 {
         match self.smith(distribution) {
             Some(smith) => smith.sample_visible(wo, [u[0], u[1]]),
@@ -147,7 +168,8 @@ impl Masking {
     /// f |cos theta_i|/pdf of such a direction but for the Fresnel term: V'/G1(o, h), at most 1 for V-grooves and Smith.
     pub fn visible_weight(self, distribution: &Distribution, wo: DVec3, wi: DVec3, cos: Cosines) -> f64 {
         match self {
-            Self::None | Self::VGroove => {
+            // the sheen terms have no visible normals of their own
+            Self::None | Self::VGroove | Self::Neubelt | Self::Charlie => {
                 let density = (cos.d / (cos.h * cos.o)).min(2.0);
                 self.weight(distribution, wo, wi, cos) / density
             }

@@ -42,7 +42,7 @@ impl Smith {
         let (shape, axes) = match distribution {
             Distribution::Isotropic(Isotropic::Beckmann(d)) => (Shape::Gaussian, DVec2::splat(d.m())),
             Distribution::Isotropic(Isotropic::Ggx(d)) => (Shape::Ggx, DVec2::splat(d.alpha())),
-            Distribution::Isotropic(Isotropic::Vmf(_) | Isotropic::Phong(_)) => return None,
+            Distribution::Isotropic(Isotropic::Vmf(_) | Isotropic::Phong(_) | Isotropic::Charlie(_)) => return None,
             Distribution::Anisotropic(d) => match d.kind() {
                 Elliptic::Beckmann => (Shape::Gaussian, d.axes()),
                 Elliptic::Ggx => (Shape::Ggx, d.axes()),

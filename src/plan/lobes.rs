@@ -1,7 +1,7 @@
 //! The lobes of a material: what of it is a factor, what a closed form, and what needs a table.
 
 use super::Economy;
-use crate::bxdf::{Coupling, Lambertian, ModelError, Transport};
+use crate::bxdf::{Coupling, Lambertian, ModelError, Transport, Veil};
 use crate::fresnel::Fresnel;
 use crate::scene::{Material, ModelSpec};
 use crate::spectrum::Spectrum;
@@ -23,6 +23,15 @@ pub struct Base {
     pub index: usize,
 }
 
+/// A layer that a lobe lies below.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layer {
+    /// The lobes of the layer, as places among those of the material; their albedos add up.
+    pub lobes: Vec<usize>,
+    /// How it dims what lies below.
+    pub veil: Veil,
+}
+
 /// A lobe of a material on one side of the surface: `scale` times the albedo of `model`.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Part {
@@ -39,6 +48,8 @@ pub(super) struct Part {
     pub(super) specular: bool,
     /// Whether rho_hd is a closed form.
     pub(super) closed: bool,
+    /// The layers above it, the uppermost first.
+    pub(super) layers: Vec<Layer>,
 }
 
 /// What has been gathered on the way down to a lobe.
@@ -127,6 +138,24 @@ fn gather(
             }
             Ok(())
         }
+        ModelSpec::Layered { top, base, veil } => {
+            let before = parts.len();
+            gather(top, above, economy, (&mut *parts, &mut *couplings))?;
+            let between = parts.len();
+            gather(base, above, economy, (&mut *parts, couplings))?;
+            let reflects = |index: &usize| parts[*index].lobe == Lobe::Reflection;
+            let layer = Layer {
+                lobes: (before..between).filter(reflects).collect(),
+                veil: *veil,
+            };
+            // a layer that scatters nothing dims nothing
+            if !layer.lobes.is_empty() {
+                for part in &mut parts[between..] {
+                    part.layers.insert(0, layer.clone());
+                }
+            }
+            Ok(())
+        }
         leaf => {
             parts.extend(lobes(leaf, above, economy)?);
             Ok(())
@@ -158,6 +187,7 @@ fn lobes(leaf: &ModelSpec, above: Above, economy: Economy) -> Result<Vec<Part>, 
         lobe,
         base: above.base,
         specular: above.specular,
+        layers: Vec::new(),
     });
     Ok(parts.collect())
 }

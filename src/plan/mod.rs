@@ -10,7 +10,7 @@ mod shared;
 mod skipped;
 
 pub use economy::Economy;
-pub use lobes::Base;
+pub use lobes::{Base, Layer};
 pub use skipped::Skipped;
 
 use crate::bxdf::ModelError;
@@ -94,7 +94,7 @@ pub struct MaterialPlan {
     pub gaps: Vec<Gap>,
     /// Whether the rules of the format make it and no definition in the file.
     pub implied: bool,
-    /// Its lobes, side by side: their albedos add up.
+    /// Its lobes: their albedos add up, dimmed by the layers that they lie below.
     pub terms: Vec<Term>,
 }
 
@@ -109,6 +109,8 @@ pub struct Term {
     pub scale: Spectrum,
     /// The diffuse base that eq. 28 couples to the lobe.
     pub base: Option<Base>,
+    /// The layers above it and its base, the uppermost first.
+    pub layers: Vec<Layer>,
     /// Where rho_hd comes from.
     pub albedo: Source,
     /// Where rho_hh comes from; `None` where nobody needs it.

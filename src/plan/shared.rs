@@ -110,6 +110,7 @@ fn term(member: Member, ids: &[[String; 2]]) -> Term {
         scale: part.scale,
         base: part.base,
         albedo: of(0),
+        layers: part.layers,
         mean: mean.then(|| of(1)),
         model: part.model,
     }

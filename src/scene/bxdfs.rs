@@ -5,9 +5,9 @@ use super::facets::{DISTRIBUTION_RULE, FRESNEL_RULE, distribution, fresnel};
 use super::library::Library;
 use super::spec::ModelSpec;
 use super::table::{Entry, Rule, Table};
-use super::vocabulary::{BXDFS, BxdfType, COUPLINGS, MASKINGS, TRANSPORTS};
+use super::vocabulary::{BXDFS, BxdfType, COUPLINGS, MASKINGS, TRANSPORTS, VEILS};
 use crate::bxdf::{
-    Coupling, Flags, FresnelSpecular, Lambertian, OrenNayar, SpecularReflection, SpecularTransmission, Transport,
+    Coupling, Flags, FresnelSpecular, Lambertian, OrenNayar, SpecularReflection, SpecularTransmission, Transport, Veil,
 };
 use crate::parameter::{
     ETA_A, ETA_B, KD, KS, Legal, ParameterError, RD, REFLECTANCE, RS, SCALE, SIGMA_DEG, TRANSMITTANCE,
@@ -44,6 +44,7 @@ fn bxdf(entry: Entry<'_>, rule: &'static str) -> Result<ModelSpec, SceneError> {
         BxdfType::Merl => merl(&table),
         BxdfType::Irregular => irregular(&table),
         BxdfType::DiffuseSpecular => diffuse_specular(&table),
+        BxdfType::Layered => layered(&table),
     }
 }
 
@@ -80,11 +81,16 @@ fn microfacet(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
 
 fn fresnel_blend(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     table.only("fresnel-blend", &["type", "rd", "rs", "distribution"])?;
-    Ok(ModelSpec::FresnelBlend {
+    let facets = table.required("distribution", &DISTRIBUTION_RULE)?;
+    let model = ModelSpec::FresnelBlend {
         rd: table.spectrum(RD)?,
         rs: table.spectrum(RS)?,
-        distribution: distribution(table.required("distribution", &DISTRIBUTION_RULE)?)?,
-    })
+        distribution: distribution(facets)?,
+    };
+    model
+        .at(None)
+        .map_err(|error| facets.refuse(format!("does not go with the rest: {error}")))?;
+    Ok(model)
 }
 
 fn specular_reflection(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
@@ -188,6 +194,26 @@ fn diffuse_specular(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
         kd: table.spectrum(KD)?,
         specular: Box::new(specular),
     })
+}
+
+/// What lies below gets what the albedo of the layer leaves, unless the veil is another.
+fn layered(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
+    const TOP: &str = "top is a table with a type and its parameters";
+    const BASE: &str = "base is a table with a type and its parameters";
+    table.only("layered", &["type", "top", "base", "veil"])?;
+    let top = table.required("top", &TOP)?;
+    let model = ModelSpec::Layered {
+        top: Box::new(bxdf(top, TOP)?),
+        base: Box::new(bxdf(table.required("base", &BASE)?, BASE)?),
+        veil: match table.optional("veil") {
+            Some(veil) => veil.choice(&VEILS)?,
+            None => Veil::Albedo,
+        },
+    };
+    model
+        .at(None)
+        .map_err(|error| top.refuse(format!("does not go with the rest: {error}")))?;
+    Ok(model)
 }
 
 fn holds_coupling(model: &ModelSpec) -> bool {

@@ -2,6 +2,7 @@
 
 use super::effect::{Call, Effect};
 use super::spec::{DistributionSpec, ModelSpec};
+use crate::distribution::Family;
 use crate::fresnel::Fresnel;
 use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
@@ -50,7 +51,13 @@ impl Calls {
                 fresnel,
                 ..
             } if some(*reflectance) => {
-                self.fresnel(fresnel, prefix);
+                match distribution {
+                    DistributionSpec::Isotropic {
+                        family: Family::Charlie,
+                        ..
+                    } => self.sheen(fresnel, prefix),
+                    _ => self.fresnel(fresnel, prefix),
+                }
                 self.distribution(distribution, prefix);
             }
             ModelSpec::Microfacet { .. } => {}
@@ -105,6 +112,15 @@ impl Calls {
                     self.add(Effect::Diffuse, format!("{prefix}kd"));
                 }
             }
+            ModelSpec::Layered { top, base, .. } => {
+                let inner = format!("{prefix}top.");
+                let is_sheen = top.calls().iter().any(|call| call.effect == Effect::Sheen);
+                if !is_sheen && !top.calls().is_empty() {
+                    self.add(Effect::Clearcoat, format!("{inner}type = {}", top.type_name()));
+                }
+                self.of(top, &inner);
+                self.of(base, &format!("{prefix}base."));
+            }
         }
     }
 
@@ -137,8 +153,18 @@ impl Calls {
         }
     }
 
+    /// Fibres, whose Fresnel term does not say what they are made of.
+    fn sheen(&mut self, fresnel: &Fresnel, prefix: &str) {
+        self.add(Effect::Sheen, format!("{prefix}distribution = charlie"));
+        self.colour(fresnel, prefix);
+    }
+
     fn fresnel(&mut self, fresnel: &Fresnel, prefix: &str) {
         self.reflector(fresnel, prefix);
+        self.colour(fresnel, prefix);
+    }
+
+    fn colour(&mut self, fresnel: &Fresnel, prefix: &str) {
         // r0 of Schlick's approximation is a factor of two tables that know no colour
         if fresnel.channels() == Channels::Rgb && !matches!(fresnel, Fresnel::Schlick { .. }) {
             self.add(Effect::Colour, format!("{prefix}fresnel differs between channels"));

@@ -10,7 +10,8 @@ impl ModelSpec {
     /// Every parameter by its scene-file name, in a fixed order, aliases resolved and defaults filled in.
     ///
     /// Numbers are the shortest decimals that read back as the same f64, spectra are `[r, g, b]`, ranges `min..max`. The
-    /// keys of a model within another begin with its place there: `specular.`, `bxdf.`, `bxdfs.0.`.
+    /// keys of a model within another begin with its place there: `specular.`, `bxdf.`, `bxdfs.0.`,
+    /// `top.`, `base.`.
     pub fn describe(&self) -> Vec<(String, String)> {
         let mut facts = Facts::default();
         self.describe_to(&mut facts, "");
@@ -88,6 +89,11 @@ impl ModelSpec {
                 facts.add(prefix, "kd", spectrum(*kd));
                 specular.describe_to(facts, &format!("{prefix}specular."));
             }
+            Self::Layered { top, base, veil } => {
+                facts.add(prefix, "veil", veil.name());
+                top.describe_to(facts, &format!("{prefix}top."));
+                base.describe_to(facts, &format!("{prefix}base."));
+            }
         }
     }
 
@@ -131,6 +137,7 @@ impl ModelSpec {
             Self::Scaled { .. } => "scaled",
             Self::Sum(_) => "sum",
             Self::DiffuseSpecular { .. } => "diffuse-specular",
+            Self::Layered { .. } => "layered",
         }
     }
 }

@@ -344,7 +344,7 @@ fn wrong_masking_and_fresnel() {
             ("'vgroove'", "did you mean \"v-groove\"?"),
             (
                 "{ type = 'none' }",
-                "masking is one of \"none\", \"v-groove\", \"smith\", \"smith-correlated\", not a table",
+                "masking is one of \"none\", \"v-groove\", \"smith\", \"smith-correlated\", \"neubelt\", \"ashikhmin\", \"charlie\", not a table",
             ),
         ],
     );

@@ -1,8 +1,8 @@
 //! The materials of a scene as it describes them: models whose roughness may still be a range.
 
 use crate::bxdf::{
-    BrdfToBtdf, Coupling, DiffuseSpecular, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Microfacet,
-    Model, ModelError, OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum,
+    BrdfToBtdf, Coupling, DiffuseSpecular, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Layered,
+    Microfacet, Model, ModelError, OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum, Veil,
 };
 use crate::distribution::{Anisotropic, Distribution, Family};
 use crate::fresnel::Fresnel;
@@ -98,6 +98,15 @@ pub enum ModelSpec {
         /// How both share their energy.
         coupling: Coupling,
     },
+    /// A layer over another model.
+    Layered {
+        /// The layer.
+        top: Box<ModelSpec>,
+        /// What lies below it.
+        base: Box<ModelSpec>,
+        /// How it dims what lies below.
+        veil: Veil,
+    },
 }
 
 impl Roughness {
@@ -161,6 +170,7 @@ impl ModelSpec {
             Self::BrdfToBtdf(bxdf) | Self::Scaled { bxdf, .. } => vec![bxdf],
             Self::Sum(parts) => parts.iter().collect(),
             Self::DiffuseSpecular { specular, .. } => vec![specular],
+            Self::Layered { top, base, .. } => vec![top, base],
             _ => Vec::new(),
         }
     }
@@ -238,6 +248,10 @@ impl ModelSpec {
             } => {
                 let coupled = DiffuseSpecular::new(specular.at(roughness)?, *ks, *kd, *coupling)?;
                 Model::DiffuseSpecular(Box::new(coupled))
+            }
+            Self::Layered { top, base, veil } => {
+                let layered = Layered::new(top.at(roughness)?, base.at(roughness)?, *veil)?;
+                Model::Layered(Box::new(layered))
             }
         })
     }

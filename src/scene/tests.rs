@@ -193,7 +193,7 @@ scene.toml:5:32: unknown key kapa: the keys of vmf are type, kappa; did you mean
             "distribution = { type = \"gxx\", alpha = 0.2 }",
             "\
 scene.toml:5:25: type = \"gxx\" is not allowed: distribution is one of \"vmf\", \"beckmann\", \"phong\", \"blinn\", \
-\"ashikhmin-shirley\", \"ggx\"; did you mean \"ggx\"?
+\"ashikhmin-shirley\", \"ggx\", \"charlie\"; did you mean \"ggx\"?
  5 | distribution = { type = \"gxx\", alpha = 0.2 }
    |                         ^^^^^",
         ),

@@ -1,10 +1,10 @@
 //! The names that a scene may use.
 
 use super::suggest::nearest;
-use crate::bxdf::{Coupling, Transport};
+use crate::bxdf::{Coupling, Transport, Veil};
 use crate::distribution::{Elliptic, Family};
 use crate::masking::Masking;
-use crate::parameter::{BECKMANN_M, GGX_ALPHA, KAPPA, Legal, PHONG_N};
+use crate::parameter::{BECKMANN_M, CHARLIE_ALPHA, GGX_ALPHA, KAPPA, Legal, PHONG_N};
 use std::fmt;
 
 /// A closed set of names with their meanings.
@@ -31,6 +31,7 @@ pub(super) enum BxdfType {
     Merl,
     Irregular,
     DiffuseSpecular,
+    Layered,
 }
 
 /// Types of Fresnel terms.
@@ -74,6 +75,7 @@ pub(super) const BXDFS: Vocabulary<BxdfType> = Vocabulary {
         ("merl", BxdfType::Merl),
         ("irregular", BxdfType::Irregular),
         ("diffuse-specular", BxdfType::DiffuseSpecular),
+        ("layered", BxdfType::Layered),
     ],
 };
 
@@ -95,6 +97,7 @@ pub(super) const DISTRIBUTIONS: Vocabulary<DistributionType> = Vocabulary {
             },
         ),
         ("ggx", distribution(Family::Ggx, GGX_ALPHA, Some(Elliptic::Ggx))),
+        ("charlie", distribution(Family::Charlie, CHARLIE_ALPHA, None)),
     ],
 };
 
@@ -111,6 +114,9 @@ pub(super) const MASKINGS: Vocabulary<Masking> = Vocabulary {
         ("v-groove", Masking::VGroove),
         ("smith", Masking::Smith),
         ("smith-correlated", Masking::SmithCorrelated),
+        ("neubelt", Masking::Neubelt),
+        ("ashikhmin", Masking::Neubelt),
+        ("charlie", Masking::Charlie),
     ],
 };
 
@@ -136,6 +142,11 @@ pub(super) const COUPLINGS: Vocabulary<Coupling> = Vocabulary {
         ("mikkelsen", Coupling::Mikkelsen),
         ("energy-preserving", Coupling::EnergyPreserving),
     ],
+};
+
+pub(super) const VEILS: Vocabulary<Veil> = Vocabulary {
+    what: "veil",
+    known: &[("albedo", Veil::Albedo), ("fresnel", Veil::Fresnel)],
 };
 
 impl<T: Copy> Vocabulary<T> {
@@ -172,12 +183,13 @@ mod tests {
         assert_eq!(MASKINGS.find("v-groove"), Ok(Masking::VGroove));
         assert_eq!(
             MASKINGS.find("vgroove").unwrap_err(),
-            "is not allowed: masking is one of \"none\", \"v-groove\", \"smith\", \"smith-correlated\"; did you mean \"v-groove\"?"
+            "is not allowed: masking is one of \"none\", \"v-groove\", \"smith\", \"smith-correlated\", \
+             \"neubelt\", \"ashikhmin\", \"charlie\"; did you mean \"v-groove\"?"
         );
         assert_eq!(
             DISTRIBUTIONS.find("GGX").unwrap_err(),
             "is not allowed: distribution is one of \"vmf\", \"beckmann\", \"phong\", \"blinn\", \"ashikhmin-shirley\", \
-             \"ggx\"; did you mean \"ggx\"?"
+             \"ggx\", \"charlie\"; did you mean \"ggx\"?"
         );
         assert!(!BXDFS.find("").unwrap_err().contains("did you mean"));
     }

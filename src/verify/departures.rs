@@ -23,8 +23,12 @@ const fn tested(reason: &'static str) -> Departure {
 
 const MEASURED: &str = "measured data is taken as it is, and reaches to the horizon by extrapolation";
 
+const NEUBELT: &str =
+    "masking = \"neubelt\" is not made from the distribution: narrow ones gain energy at grazing angles";
+const FITTED: &str = "masking = \"charlie\" is a fit: narrow distributions gain energy at grazing angles";
+
 /// All known departures.
-const KNOWN: [Known; 12] = [
+const KNOWN: [Known; 17] = [
     (
         "masking",
         "none",
@@ -42,6 +46,16 @@ const KNOWN: [Known; 12] = [
         "none",
         Test::WhiteFurnace,
         tested("masking = \"none\": the albedo grows without bound at grazing angles"),
+    ),
+    ("masking", "neubelt", Test::Energy, tested(NEUBELT)),
+    ("masking", "neubelt", Test::WhiteFurnace, tested(NEUBELT)),
+    ("masking", "charlie", Test::Energy, tested(FITTED)),
+    ("masking", "charlie", Test::WhiteFurnace, tested(FITTED)),
+    (
+        "type",
+        "layered",
+        Test::Reciprocity,
+        tested("layered: what lies below is dimmed by the direction of sight alone, as in glTF"),
     ),
     (
         "type",

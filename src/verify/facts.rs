@@ -136,6 +136,7 @@ fn normals(microfacet: &Microfacet) -> Normals<'_> {
                 distribution.d(h) * wo.dot(h).clamp(0.0, 1.0) / smith.seen(wo, wo.z)
             })),
             (Masking::Smith | Masking::SmithCorrelated, None) => Err("its distribution has no Lambda"),
+            (Masking::Neubelt | Masking::Charlie, _) => Err("the maskings of sheen say of no facet whether it is seen"),
         },
     }
 }

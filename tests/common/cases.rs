@@ -31,6 +31,15 @@ pub(crate) fn ggx(alpha: f64) -> Isotropic {
     Family::Ggx.with(alpha).unwrap()
 }
 
+pub(crate) fn charlie(alpha: f64) -> Isotropic {
+    Family::Charlie.with(alpha).unwrap()
+}
+
+/// One of the maskings of sheen, with R = 1.
+pub(crate) fn sheen(alpha: f64, masking: Masking, fresnel: Fresnel) -> Microfacet {
+    Microfacet::new(Spectrum::grey(1.0), charlie(alpha), masking, fresnel).unwrap()
+}
+
 fn elliptic(kind: Elliptic, x: f64, y: f64) -> Distribution {
     Anisotropic::new(kind, x, y).unwrap().into()
 }
@@ -112,10 +121,10 @@ impl Dice {
         of[(self.uniform() * of.len() as f64) as usize]
     }
 
-    /// Any distribution of the legal range, its ends included.
+    /// Any distribution of facets that lie in the surface, over the legal range, its ends included.
     pub(crate) fn distribution(&mut self) -> Isotropic {
         let end = self.uniform() < 0.1;
-        match self.pick(&Family::ALL) {
+        match self.pick(&[Family::Vmf, Family::Beckmann, Family::Phong, Family::Ggx]) {
             Family::Vmf if end => vmf(self.pick(&[0.0, 1e12])),
             Family::Vmf => {
                 let kappa = self.log(-2.0, 12.0);
@@ -129,6 +138,7 @@ impl Dice {
             Family::Beckmann => beckmann(self.log(-6.0, 1.0).clamp(1e-6, 10.0)),
             Family::Ggx if end => ggx(self.pick(&[1e-6, 10.0])),
             Family::Ggx => ggx(self.log(-6.0, 1.0).clamp(1e-6, 10.0)),
+            Family::Charlie => charlie(self.log(-3.0, 0.0).clamp(1e-3, 1.0)),
             Family::Phong if end => phong(self.pick(&[0.0, 1e8])),
             Family::Phong => {
                 let n = self.log(-2.0, 8.0);

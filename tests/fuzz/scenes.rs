@@ -3,7 +3,7 @@
 use crate::targets::{directions, text};
 use std::collections::HashSet;
 use std::convert::Infallible;
-use whitefurnace::bxdf::{Bxdf, DiffuseSpecular, Model};
+use whitefurnace::bxdf::{Bxdf, Model, Needs};
 use whitefurnace::plan::{Plan, Request};
 use whitefurnace::printable::is_hidden;
 use whitefurnace::scene::{Effect, Material, ModelSpec, Scene, SceneError};
@@ -122,8 +122,13 @@ fn well(spec: &ModelSpec) {
     }
 }
 
-/// The model, its specular lobe in place of a coupling, which would have to be integrated first.
+/// The model, its specular lobe in place of a coupling and its base in place of layers, which would have to be integrated first.
 fn uncoupled(model: &Model) -> Box<dyn Bxdf + '_> {
-    let specular = |coupled| Ok::<_, Infallible>(uncoupled(DiffuseSpecular::specular(coupled)));
+    let specular = |needs| {
+        Ok::<_, Infallible>(match needs {
+            Needs::Coupling(coupled) => uncoupled(coupled.specular()),
+            Needs::Layers(layered) => uncoupled(layered.base()),
+        })
+    };
     model.as_bxdf(&specular).unwrap_or_else(|never| match never {})
 }

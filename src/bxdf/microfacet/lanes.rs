@@ -36,7 +36,7 @@ impl Microfacet {
         };
         let mut base = [0.0; BLOCK];
         let [u, v, w] = draws.u;
-        match (sampling, profile, mask.slopes()) {
+        match (self.drawn(sampling), profile, mask.slopes()) {
             (Sampling::Visible | Sampling::Bxdf, _, Some(axes)) => {
                 visible_slopes(axes, draws.wo, [u, v], &mut facets.h);
                 mask.visible_weights(draws.wo, &mut facets, &mut base);
@@ -51,7 +51,7 @@ impl Microfacet {
                 mask.weights(draws.wo, &mut facets, &mut base);
             }
             (Sampling::Uniform | Sampling::Cosine, Some(profile), _) => {
-                let uniform = sampling == Sampling::Uniform;
+                let uniform = self.drawn(sampling) == Sampling::Uniform;
                 hemispheres(
                     profile,
                     mask,

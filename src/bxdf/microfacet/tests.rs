@@ -123,6 +123,7 @@ fn lobes(reflectance: f64, fresnel: Fresnel) -> Vec<Microfacet> {
         (Family::Beckmann, 0.2),
         (Family::Phong, 1e4),
         (Family::Ggx, 0.3),
+        (Family::Charlie, 0.1),
     ];
     let elliptic = [
         (Elliptic::Beckmann, 0.1, 0.6),
@@ -138,14 +139,17 @@ fn lobes(reflectance: f64, fresnel: Fresnel) -> Vec<Microfacet> {
             Masking::VGroove,
             Masking::Smith,
             Masking::SmithCorrelated,
+            Masking::Neubelt,
+            Masking::Charlie,
         ] {
             match Microfacet::new(Spectrum::grey(reflectance), distribution, masking, fresnel) {
                 Ok(lobe) => lobes.push(lobe),
+                Err(_) if masking.is_sheen() != (distribution.name() == "charlie") => {}
                 Err(error) => assert!(masking.is_smith() && Smith::new(&distribution).is_none(), "{error}"),
             }
         }
     }
-    assert_eq!(lobes.len(), 2 * 7 + 2 * 4);
+    assert_eq!(lobes.len(), 2 * 7 + 2 * 4 + 2);
     lobes
 }
 

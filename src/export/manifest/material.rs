@@ -11,7 +11,7 @@ pub struct MaterialEntry {
     pub name: String,
     /// Ids of the tables that it uses; none when closed forms suffice.
     pub tables: Vec<String>,
-    /// Its lobes, whose albedos add up.
+    /// Its lobes, whose albedos add up, each times the factors of the layers above it.
     pub lobes: Vec<LobeEntry>,
 }
 
@@ -31,6 +31,18 @@ pub struct LobeEntry {
     pub rho_hh: Option<AlbedoEntry>,
     /// The base that eq. 28 couples to the lobe; null where there is none.
     pub diffuse_base: Option<BaseEntry>,
+    /// The layers above lobe and base, each with a factor of both.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub under: Vec<LayerEntry>,
+}
+
+/// A layer above a lobe.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LayerEntry {
+    /// The lobes of the layer, by their places in the list of the material.
+    pub lobes: Vec<usize>,
+    /// What it leaves of what lies below, in the albedo and the parameters of those lobes.
+    pub factor: String,
 }
 
 /// Where an albedo comes from: a table or a formula.

@@ -273,8 +273,10 @@ impl<'n, 'd> Reader<'n, 'd> {
             read.clearcoat = self
                 .judge(factor.map(Some), needed, NO_EFFECT)?
                 .unwrap_or(read.clearcoat);
-            let roughness = self.factor(&at, names[2], 0.0, Some(names[3])).map(|_| ());
-            self.judge(roughness, needed && read.clearcoat.value > 0.0, NO_EFFECT)?;
+            let roughness = self.factor(&at, names[2], 0.0, Some(names[3]));
+            read.clearcoat_roughness = self
+                .judge(roughness.map(Some), needed && read.clearcoat.value > 0.0, NO_EFFECT)?
+                .unwrap_or(read.clearcoat_roughness);
             let normal = self.texture(&at, "clearcoatNormalTexture");
             self.judge(normal, false, NO_TABLE)?;
         }
@@ -285,8 +287,10 @@ impl<'n, 'd> Reader<'n, 'd> {
             let is_on = read.sheen != [0.0; 3];
             let texture = self.texture(&at, "sheenColorTexture");
             self.judge(texture, needed && is_on, NO_EFFECT)?;
-            let roughness = self.factor(&at, names[0], 0.0, Some(names[1])).map(|_| ());
-            self.judge(roughness, needed && is_on, NO_EFFECT)?;
+            let roughness = self.factor(&at, names[0], 0.0, Some(names[1]));
+            read.sheen_roughness = self
+                .judge(roughness.map(Some), needed && is_on, NO_EFFECT)?
+                .unwrap_or(read.sheen_roughness);
         }
         if let Some(at) = extension(IRIDESCENCE) {
             read.iridescence = self.iridescence(&at, needed)?;

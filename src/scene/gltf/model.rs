@@ -9,18 +9,22 @@
 //! - A texture scales a factor to anything from 0 to the factor. Of colours the factor is taken, which scales a table and is
 //!   not in it. A roughness becomes a range. A mixing weight w becomes the middle of its range, w/2: which lobes occur is what
 //!   tables depend on, not how much of each there is.
-//! - A roughness of 0, or one whose alpha is below 1e-6, is a mirror.
+//! - A roughness of 0, or one whose alpha is below 1e-6, is a mirror; fibres have at least alpha = 1e-3.
+//! - Layers lie over all that: KHR_materials_sheen is its colour times Charlie, under the masking that was fitted to it, and
+//!   leaves 1 - max(colour) E(mu) to what lies below; KHR_materials_clearcoat is its factor times a lobe with r0 = 0.04, and
+//!   leaves 1 - factor F(mu). Both depend on the direction of sight alone, as in the simpler form of the extensions. F of the
+//!   coat itself is that of its facets, and not that of the surface, which rough coats would reflect too much by.
 //! - What is transmitted passes a smooth interface. Where the surface is rough there is no table for it, and the model has
 //!   what it reflects.
 
 use super::surface::{Base, Dielectric, Factor, Layers, MetallicRoughness, SpecularGlossiness, Surface};
-use super::vocabulary::{SPECULAR, SPECULAR_GLOSSINESS};
+use super::vocabulary::{CLEARCOAT, SHEEN, SPECULAR, SPECULAR_GLOSSINESS};
 use super::words::{Made, property};
-use crate::bxdf::{Coupling, FresnelSpecular, Lambertian, SpecularReflection, Transport};
+use crate::bxdf::{Coupling, FresnelSpecular, Lambertian, SpecularReflection, Transport, Veil};
 use crate::distribution::{Anisotropic, Elliptic, Family};
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
-use crate::parameter::{ETA_B, GGX_ALPHA, Number, ParameterError};
+use crate::parameter::{CHARLIE_ALPHA, ETA_B, GGX_ALPHA, Number, ParameterError};
 use crate::scene::effect::Effect;
 use crate::scene::spec::{DistributionSpec, ModelSpec, Roughness};
 use crate::spectrum::Spectrum;
@@ -44,6 +48,7 @@ pub(super) fn made(surface: &Surface) -> Result<Made, ParameterError> {
         Base::SpecularGlossiness(gloss) => specular_glossiness(gloss, &mut made)?,
         Base::MetallicRoughness(metal, dielectric, layers) => {
             let model = metallic_roughness(metal, dielectric, layers, &mut made)?;
+            let model = layered(model, layers, &mut made)?;
             made.layers(layers);
             model
         }
@@ -230,7 +235,12 @@ fn coupled(finish: &Finish, r0: Spectrum, ks: f64, base: [f64; 3]) -> Result<Mod
 
 /// A specular lobe with Schlick's Fresnel term.
 fn reflection(finish: &Finish, r0: Spectrum) -> Result<ModelSpec, ParameterError> {
-    let (reflectance, fresnel) = (Spectrum::grey(1.0), Fresnel::schlick(r0)?);
+    lobe(finish, Spectrum::grey(1.0), r0)
+}
+
+/// The same times `reflectance`.
+fn lobe(finish: &Finish, reflectance: Spectrum, r0: Spectrum) -> Result<ModelSpec, ParameterError> {
+    let fresnel = Fresnel::schlick(r0)?;
     Ok(match finish {
         None => ModelSpec::SpecularReflection(SpecularReflection::new(reflectance, fresnel)?),
         Some(distribution) => ModelSpec::Microfacet {
@@ -304,6 +314,78 @@ fn span(min: f64, max: f64) -> Option<Roughness> {
 fn isotropic(roughness: Option<Roughness>) -> Finish {
     let family = Family::Ggx;
     roughness.map(|roughness| DistributionSpec::Isotropic { family, roughness })
+}
+
+/// r0 of the coat, of an index of refraction of 1.5 in air whatever lies below.
+const COAT_R0: f64 = 0.04;
+
+/// `model` below its layers, the sheen and then the coat.
+///
+/// The sheen is its colour times Charlie with alpha = roughness^2 under its own masking, and leaves what its albedo does; the coat
+/// is a dielectric lobe times its factor, and leaves 1 - factor F(mu).
+fn layered(model: ModelSpec, layers: &Layers, made: &mut Made) -> Result<ModelSpec, ParameterError> {
+    let mut model = model;
+    if layers.sheen != [0.0; 3] {
+        let least = CHARLIE_ALPHA.min;
+        let roughness = layer_roughness(layers.sheen_roughness, least, &model, (Effect::Sheen, SHEEN), made);
+        let sheen = ModelSpec::Microfacet {
+            reflectance: Spectrum::rgb(layers.sheen),
+            distribution: DistributionSpec::Isotropic {
+                family: Family::Charlie,
+                // fibres that hardly diverge stand for those that do not
+                roughness: roughness.unwrap_or(Roughness::Fixed(least)),
+            },
+            masking: Masking::Charlie,
+            fresnel: Fresnel::None,
+        };
+        model = over(sheen, model, Veil::Albedo);
+    }
+    let factor = weight(layers.clearcoat);
+    if factor > 0.0 {
+        let least = GGX_ALPHA.min;
+        let coat = (Effect::Clearcoat, CLEARCOAT);
+        let roughness = layer_roughness(layers.clearcoat_roughness, least, &model, coat, made);
+        let coat = lobe(&isotropic(roughness), Spectrum::grey(factor), Spectrum::grey(COAT_R0))?;
+        model = over(coat, model, Veil::Fresnel);
+    }
+    Ok(model)
+}
+
+/// Alpha of a layer over `below`, `None` where it is less than `least`.
+fn layer_roughness(
+    roughness: Factor,
+    least: f64,
+    below: &ModelSpec,
+    (effect, extension): (Effect, &str),
+    made: &mut Made,
+) -> Option<Roughness> {
+    let alpha = roughness.value * roughness.value;
+    let one = (alpha >= least).then_some(Roughness::Fixed(alpha));
+    if !roughness.texture || alpha <= least {
+        return one;
+    }
+    if below.roughness_range().is_some() {
+        made.one_axis(effect);
+        return one;
+    }
+    let name = match effect {
+        Effect::Sheen => "sheenRoughnessFactor",
+        _ => "clearcoatRoughnessFactor",
+    };
+    made.call(Effect::RoughnessRange, roughness.told(&property(extension, name)));
+    Some(Roughness::Range { min: least, max: alpha })
+}
+
+/// `top` over `base`, which may scatter nothing.
+fn over(top: ModelSpec, base: ModelSpec, veil: Veil) -> ModelSpec {
+    if base == nothing() {
+        return top;
+    }
+    ModelSpec::Layered {
+        top: Box::new(top),
+        base: Box::new(base),
+        veil,
+    }
 }
 
 /// The weight of what `factor` mixes in: the factor, or the middle of its range.

@@ -61,7 +61,9 @@ pub(super) struct Dielectric {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Layers {
     pub(super) clearcoat: Factor,
+    pub(super) clearcoat_roughness: Factor,
     pub(super) sheen: [f64; 3],
+    pub(super) sheen_roughness: Factor,
     pub(super) iridescence: Factor,
     pub(super) anisotropy: Factor,
 }
@@ -121,7 +123,9 @@ impl Default for Layers {
     fn default() -> Self {
         Self {
             clearcoat: Factor::default(0.0),
+            clearcoat_roughness: Factor::default(0.0),
             sheen: [0.0; 3],
+            sheen_roughness: Factor::default(0.0),
             iridescence: Factor::default(0.0),
             anisotropy: Factor::default(0.0),
         }

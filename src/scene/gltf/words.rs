@@ -102,18 +102,10 @@ impl Made {
                 Effect::Sheen,
                 format!("{} = {:?}", property(SHEEN, "sheenColorFactor"), layers.sheen),
             );
-            self.gap(
-                Effect::Sheen.name(),
-                "a lobe of fibres has no table: those of the material are of what lies below",
-            );
         }
         if layers.clearcoat.value > 0.0 {
             let by = layers.clearcoat.told(&property(CLEARCOAT, "clearcoatFactor"));
             self.call(Effect::Clearcoat, by);
-            self.gap(
-                Effect::Clearcoat.name(),
-                "a coat over other lobes has no table: those of the material are of what lies below",
-            );
         }
         if layers.iridescence.value > 0.0 {
             let by = layers.iridescence.told(&property(IRIDESCENCE, "iridescenceFactor"));
@@ -123,6 +115,15 @@ impl Made {
                 "interference in a thin film has no table: those of the material are without the film",
             );
         }
+    }
+
+    /// A layer whose roughness comes from a texture, though the material has an axis of roughness already.
+    pub(super) fn one_axis(&mut self, effect: Effect) {
+        self.gap(
+            effect.name(),
+            "its roughness comes from a texture, as another one of the material does, which has one axis for that: it is taken \
+             as the factor",
+        );
     }
 
     pub(super) fn unknown(&mut self, names: &[String]) {

@@ -1,8 +1,12 @@
 //! What becomes of extensions that change which lobes there are.
 
 use super::*;
+use crate::bxdf::Veil;
 use crate::distribution::Family;
-use crate::scene::{Effect, ModelSpec};
+use crate::fresnel::Fresnel;
+use crate::masking::Masking;
+use crate::scene::{DistributionSpec, Effect, ModelSpec, Roughness};
+use crate::spectrum::Spectrum;
 
 #[test]
 fn transmission_takes_the_place_of_the_base() {
@@ -124,31 +128,34 @@ fn dispersion_needs_light_that_is_refracted() {
 }
 
 #[test]
-fn layers_are_called_for_and_have_no_table() {
-    for (extension, on, off, effect) in [
+fn layers_are_called_for_when_they_are_on() {
+    for (extension, on, off, effect, covered) in [
         (
             "clearcoat",
             "\"clearcoatFactor\":0.5",
             "\"clearcoatRoughnessFactor\":0.5,\"clearcoatTexture\":{\"index\":0}",
             "clearcoat",
+            true,
         ),
         (
             "sheen",
             "\"sheenColorFactor\":[0,0.1,0]",
             "\"sheenRoughnessFactor\":1,\"sheenColorTexture\":{\"index\":0}",
             "sheen",
+            true,
         ),
         (
             "iridescence",
             "\"iridescenceFactor\":1,\"iridescenceIor\":1.3",
             "\"iridescenceFactor\":0,\"iridescenceTexture\":{\"index\":0}",
             "iridescence",
+            false,
         ),
     ] {
         let with = surface("", &[(extension, on)]);
         assert_eq!(
             (effects(&with), gaps(&with)),
-            (vec!["metal", effect], vec![effect]),
+            (vec!["metal", effect], if covered { vec![] } else { vec![effect] }),
             "{extension}"
         );
         let by = format!("extensions.KHR_materials_{extension}.{effect}");
@@ -160,6 +167,81 @@ fn layers_are_called_for_and_have_no_table() {
             "{extension}"
         );
     }
+}
+
+/// The coat lies over the sheen, and both over the metal; alpha is the square of each roughness.
+#[test]
+fn layers_lie_over_each_other() {
+    let coat = ("clearcoat", "\"clearcoatFactor\":0.5,\"clearcoatRoughnessFactor\":0.5");
+    let sheen = ("sheen", "\"sheenColorFactor\":[0,0.1,0],\"sheenRoughnessFactor\":0.5");
+    let made = surface("", &[sheen, coat]);
+    let ModelSpec::Layered {
+        top,
+        base,
+        veil: Veil::Fresnel,
+    } = &made.model
+    else {
+        panic!("{:?}", made.model)
+    };
+    let lobe = |model: &ModelSpec| match model {
+        ModelSpec::Microfacet {
+            reflectance,
+            distribution,
+            masking,
+            fresnel,
+        } => (reflectance.value().to_array(), *distribution, *masking, *fresnel),
+        other => panic!("{other:?}"),
+    };
+    let fixed = |family, alpha| DistributionSpec::Isotropic {
+        family,
+        roughness: Roughness::Fixed(alpha),
+    };
+    let schlick = Fresnel::schlick(Spectrum::grey(0.04)).unwrap();
+    assert_eq!(
+        lobe(top),
+        ([0.5; 3], fixed(Family::Ggx, 0.25), Masking::SmithCorrelated, schlick)
+    );
+    let ModelSpec::Layered {
+        top,
+        base,
+        veil: Veil::Albedo,
+    } = base.as_ref()
+    else {
+        panic!("{base:?}")
+    };
+    assert_eq!(
+        lobe(top),
+        (
+            [0.0, 0.1, 0.0],
+            fixed(Family::Charlie, 0.25),
+            Masking::Charlie,
+            Fresnel::None
+        )
+    );
+    assert!(matches!(base.as_ref(), ModelSpec::Microfacet { .. }), "{base:?}");
+}
+
+/// Fibres have a least alpha, a smooth coat is a mirror, and of two textured roughnesses one is an axis.
+#[test]
+fn roughnesses_of_layers_have_their_limits() {
+    let top = |properties: &str, extension: (&str, &str)| match surface(properties, &[extension]).model {
+        ModelSpec::Layered { top, .. } => *top,
+        other => panic!("{other:?}"),
+    };
+    let sharp = top("", ("sheen", "\"sheenColorFactor\":[1,1,1]"));
+    assert_eq!(sharp.roughness(), Some(Roughness::Fixed(1e-3)));
+    let smooth = top("", ("clearcoat", "\"clearcoatFactor\":1"));
+    assert!(matches!(smooth, ModelSpec::SpecularReflection(_)), "{smooth:?}");
+    let textured = "\"sheenColorFactor\":[1,1,1],\"sheenRoughnessFactor\":0.5,\"sheenRoughnessTexture\":{\"index\":0}";
+    let range = surface("", &[("sheen", textured)]);
+    assert_eq!(range.model.roughness_range(), Some((Family::Charlie, 1e-3, 0.25)));
+    assert_eq!(
+        (effects(&range), gaps(&range)),
+        (vec!["metal", "sheen", "roughness-range"], vec![])
+    );
+    let both = surface("\"metallicRoughnessTexture\":{\"index\":0}", &[("sheen", textured)]);
+    assert_eq!(gaps(&both), ["sheen"]);
+    assert_eq!(both.model.ranges().first().map(|range| range.0), Some(Family::Ggx));
 }
 
 #[test]
