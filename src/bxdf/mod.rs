@@ -15,6 +15,7 @@ mod lambertian;
 mod microfacet;
 mod model;
 mod oren_nayar;
+mod rough_dielectric;
 mod specular;
 mod weights;
 
@@ -29,6 +30,7 @@ pub use lambertian::Lambertian;
 pub use microfacet::Microfacet;
 pub use model::Model;
 pub use oren_nayar::OrenNayar;
+pub use rough_dielectric::{LEAST_BEND, Media, RoughDielectric};
 pub use specular::{FresnelSpecular, SpecularReflection, SpecularTransmission, Transport};
 pub use weights::{BLOCK, Draws, Lane};
 
