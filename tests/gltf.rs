@@ -245,6 +245,13 @@ impl Found {
                 self.roughness.push(0.0);
                 self.indices.push(glass.eta_b());
             }
+            ModelSpec::RoughDielectric { roughness, media, .. } => {
+                match roughness {
+                    Roughness::Fixed(alpha) => self.roughness.push(alpha.sqrt()),
+                    Roughness::Range { min, max } => self.ranges.push([min.sqrt(), max.sqrt()]),
+                }
+                self.indices.push(media.eta_b);
+            }
             other => other.parts().into_iter().for_each(|part| self.walk(part)),
         }
     }

@@ -11,9 +11,6 @@
 //! so that rho_t = int (1 - F) G2/G1 over the normals that wo sees; for radiance f_t is scaled by (eta_o/eta_i)^2 = eta^-2.
 //! Then eta_o^2 f_t(o, i) = eta_i^2 f_t(i, o), and for radiance f_t(o, i)/eta_o^2 = f_t(i, o)/eta_i^2.
 
-#[cfg(test)]
-mod tests;
-
 use super::specular::Interface;
 use super::{Bxdf, BxdfSample, Flags, ModelError, Sampling, Transport, across, opposite_sides};
 use crate::distribution::{Distribution, Isotropic};

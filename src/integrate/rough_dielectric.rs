@@ -57,7 +57,8 @@ impl RoughInterface {
     /// GGX or Beckmann facets under one of the two Smith terms, and eta, the index of the far side over that of the side
     /// that the light comes from, in [1e-4, 1e4]: 1/1.5 is light that meets glass from inside.
     ///
-    /// eta = 1 is the limit eta -> 1, in which nothing is reflected and facets hide light that they do not bend.
+    /// eta = 1 is the limit eta -> 1 at fixed mu > 0, in which nothing is reflected and facets hide light that they do not
+    /// bend. At mu = 0 it is the limit of that for mu -> 0: there the order of both limits matters.
     ///
     /// # Errors
     /// [`ModelError`] for other distributions, maskings and indices.
@@ -186,11 +187,7 @@ impl RoughInterface {
 }
 
 /// The albedo of one side of `glass` with an absolute error of at most `tolerance`.
-pub(super) fn quadrature(
-    glass: &RoughDielectric,
-    target: Target,
-    tolerance: f64,
-) -> Result<Integral, IntegrateError> {
+pub(super) fn quadrature(glass: &RoughDielectric, target: Target, tolerance: f64) -> Result<Integral, IntegrateError> {
     let scale = match target.lobe {
         Lobe::Reflection => glass.reflectance().value(),
         Lobe::Transmission => glass.transmittance().value() * glass.scale(),

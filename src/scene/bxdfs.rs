@@ -7,7 +7,8 @@ use super::spec::{DistributionSpec, ModelSpec};
 use super::table::{Entry, Rule, Table};
 use super::vocabulary::{BXDFS, BxdfType, COUPLINGS, MASKINGS, TRANSPORTS};
 use crate::bxdf::{
-    Coupling, Flags, FresnelSpecular, Lambertian, Media, ModelError, OrenNayar, SpecularReflection, SpecularTransmission, Transport,
+    Coupling, Flags, FresnelSpecular, Lambertian, Media, ModelError, OrenNayar, SpecularReflection,
+    SpecularTransmission, Transport,
 };
 use crate::parameter::{
     ETA_A, ETA_B, KD, KS, Legal, ParameterError, RD, REFLECTANCE, RS, SCALE, SIGMA_DEG, TRANSMITTANCE,

@@ -1,8 +1,8 @@
 //! The materials of a scene as it describes them: models whose roughness may still be a range.
 
 use crate::bxdf::{
-    BrdfToBtdf, Coupling, DiffuseSpecular, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Media, Microfacet,
-    Model, ModelError, OrenNayar, RoughDielectric, Scaled, SpecularReflection, SpecularTransmission, Sum,
+    BrdfToBtdf, Coupling, DiffuseSpecular, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Media,
+    Microfacet, Model, ModelError, OrenNayar, RoughDielectric, Scaled, SpecularReflection, SpecularTransmission, Sum,
 };
 use crate::distribution::{Anisotropic, Distribution, Family};
 use crate::fresnel::Fresnel;
@@ -192,7 +192,9 @@ impl ModelSpec {
             Self::Microfacet { distribution, .. } | Self::FresnelBlend { distribution, .. } => {
                 distribution.range().into_iter().collect()
             }
-            Self::RoughDielectric { family, roughness, .. } => roughness_range(*family, *roughness).into_iter().collect(),
+            Self::RoughDielectric { family, roughness, .. } => {
+                roughness_range(*family, *roughness).into_iter().collect()
+            }
             made => made.parts().into_iter().flat_map(Self::ranges).collect(),
         }
     }

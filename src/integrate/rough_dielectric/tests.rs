@@ -69,38 +69,42 @@ impl Case {
     }
 
     fn say(&self) -> String {
-        let Self { family, alpha, masking, eta, mu } = self;
+        let Self {
+            family,
+            alpha,
+            masking,
+            eta,
+            mu,
+        } = self;
         format!("{family:?} {alpha:e} {masking:?} eta {eta} mu {mu:e}")
     }
 }
 
+/// What a table over mu and sqrt(alpha) costs; evaluations, and with --nocapture the time.
 #[test]
-#[ignore]
-fn speed() {
-    for (family, masking) in [(Family::Ggx, Masking::SmithCorrelated), (Family::Beckmann, Masking::Smith)] {
-        for eta in [1.5, 1.0 / 1.5, 1.01, 2.4] {
-            for tolerance in [1e-4, 1e-5, 1e-6] {
+fn tables_take_some_thousand_evaluations_a_texel() {
+    for (family, masking) in [
+        (Family::Ggx, Masking::SmithCorrelated),
+        (Family::Beckmann, Masking::Smith),
+    ] {
+        for eta in [1.5, 1.5f64.recip()] {
+            for (tolerance, most) in [(1e-4, 5000), (1e-5, 8000)] {
                 let start = std::time::Instant::now();
                 let mut evaluations = 0;
-                let mut worst: (u64, f64, f64, Lobe) = (0, 0.0, 0.0, Lobe::Reflection);
-                for i in 0..32 {
-                    for j in 0..32 {
-                        let alpha = ((f64::from(j) + 0.5) / 32.0).powi(2).max(0.0025);
-                        let mu = (f64::from(i) + 0.5) / 32.0;
+                for i in 0..16 {
+                    for j in 0..16 {
+                        let alpha = ((f64::from(j) + 0.5) / 16.0).powi(2).max(0.0025);
+                        let mu = (f64::from(i) + 0.5) / 16.0;
                         let of = RoughInterface::new(family.with(alpha).unwrap(), masking, eta).unwrap();
-                        for lobe in Lobe::ALL {
-                            let n = of.rho_hd(lobe, mu, tolerance).unwrap().evaluations;
-                            evaluations += n;
-                            if n > worst.0 {
-                                worst = (n, alpha, mu, lobe);
-                            }
-                        }
+                        evaluations += of.albedos(mu, tolerance).unwrap().evaluations;
                     }
                 }
-                println!(
-                    "{family:?} {eta:.3} {tolerance:e}: {} evaluations, {:.1} us a direction, worst {worst:?}",
-                    evaluations / 1024,
-                    start.elapsed().as_secs_f64() * 1e6 / 1024.0
+                let mean = evaluations / 256;
+                let time = start.elapsed().as_secs_f64() * 1e6 / 256.0;
+                eprintln!("{family:?} eta {eta:.3} to {tolerance:e}: {mean} evaluations, {time:.1} us");
+                assert!(
+                    mean < most,
+                    "{family:?} eta {eta:.3} to {tolerance:e}: {mean} evaluations"
                 );
             }
         }
@@ -110,7 +114,7 @@ fn speed() {
 /// The adaptive rules stay within what the fixed ones state, everywhere.
 #[test]
 fn stated_errors_hold_for_random_interfaces() {
-    let wrong: Vec<String> = (0..1500u64)
+    let wrong: Vec<String> = (0..3000u64)
         .into_par_iter()
         .flat_map(|number| {
             let case = Case::random(number, 1e-6);
@@ -144,20 +148,54 @@ fn stated_errors_hold_for_random_interfaces() {
 fn over_directions(glass: &RoughDielectric, lobe: Lobe, mu: f64, tolerance: f64) -> Option<Bounded> {
     let wo = Polar::from_cos(mu).direction(0.0);
     let sign = if lobe == Lobe::Reflection { 1.0 } else { -1.0 };
-    let middle = Polar::from_cos(mu).sin * if lobe == Lobe::Reflection { 1.0 } else { glass.eta().recip() };
+    let middle = Polar::from_cos(mu).sin
+        * if lobe == Lobe::Reflection {
+            1.0
+        } else {
+            glass.eta().recip()
+        };
+    let eta = glass.eta();
+    let sin_o = Polar::from_cos(mu).sin;
     let mut cuts = vec![0.0, 1.0];
-    // of cos theta_i: around the mirrored or refracted direction
+    // of cos theta_i: around the mirrored or refracted direction, and where n.h = 0
     if middle < 1.0 {
         let centre = (1.0 - middle * middle).sqrt();
         cuts.extend([centre, 0.9 * centre, 0.5 * (1.0 + centre)]);
     }
+    if lobe == Lobe::Transmission && mu < eta {
+        cuts.extend([0.3, 1.0, 3.0].map(|factor| factor * mu / eta));
+    }
+    // o.i where F reaches 1: of light that is refracted, o.h = 0 or i.h = 0
+    let edge = match lobe {
+        Lobe::Transmission => -eta.min(eta.recip()),
+        Lobe::Reflection => 1.0 - 2.0 * eta * eta,
+    };
+    // where that meets phi = 0 and phi = pi: cos(theta_o -+ theta_i) = edge
+    for sign_s in [1.0, -1.0] {
+        let theta = edge.acos() + sign_s * mu.acos();
+        cuts.push(theta.cos().abs());
+    }
+    cuts.retain(|cut| (0.0..=1.0).contains(cut));
     cuts.sort_by(f64::total_cmp);
-    let outer: Vec<Piece> = cuts.windows(2).map(|w| Piece::smooth(w[0], w[1]).careful()).collect();
-    let inner = [0.0, 0.2, 1.0, 2.1, PI - 0.2, PI];
-    let inner: Vec<Piece> = inner.windows(2).map(|w| Piece::smooth(w[0], w[1]).careful()).collect();
+    cuts.dedup_by(|a, b| *a - *b < 1e-9);
+    let outer: Vec<Piece> = cuts
+        .windows(2)
+        .map(|w| Piece::kinked(w[0], w[1], true, true).careful())
+        .collect();
     let found = integrate(&outer, 0.5 * tolerance, 4000, |cos| {
+        let above = Polar::from_cos(cos);
+        let cos_phi = (edge - mu * sign * cos) / (sin_o * above.sin);
+        let mut cuts = vec![0.0, 0.2, 1.0, 2.1, PI - 0.2, PI];
+        if cos_phi.abs() < 1.0 {
+            cuts.push(cos_phi.acos());
+        }
+        cuts.sort_by(f64::total_cmp);
+        let inner: Vec<Piece> = cuts
+            .windows(2)
+            .map(|w| Piece::kinked(w[0], w[1], true, true).careful())
+            .collect();
         let around = integrate(&inner, 0.1 * tolerance, 20_000, |phi| {
-            let wi = Polar::from_cos(cos).direction(phi);
+            let wi = above.direction(phi);
             let wi = DVec3::new(wi.x, wi.y, sign * wi.z);
             Bounded::exact(2.0 * glass.f(wo, wi) * cos)
         });
@@ -222,7 +260,11 @@ fn samples_of_narrow_lobes_agree() {
             let found = case.interface().rho_hd(lobe, case.mu, 1e-6).unwrap().bounded.value.x;
             // five standard deviations of 128 normal variables, and a sample that may be missing
             let allowed = 5.0 * spread + 10.0 / f64::from(count);
-            assert!((found - mean).abs() < allowed, "{} {lobe:?}: {found} {mean} {spread}", case.say());
+            assert!(
+                (found - mean).abs() < allowed,
+                "{} {lobe:?}: {found} {mean} {spread}",
+                case.say()
+            );
         }
     });
 }
@@ -237,8 +279,14 @@ fn narrow_lobes_are_smooth_interfaces() {
                 let of = RoughInterface::new(family.with(1e-6).unwrap(), Masking::SmithCorrelated, eta).unwrap();
                 let found = of.albedos(mu, 1e-8).unwrap();
                 // of the order of alpha where F has a slope
-                assert!((found.reflected - fresnel).abs() < 2e-6, "{eta} {mu}: {found:?} {fresnel}");
-                assert!((found.transmitted + fresnel - 1.0).abs() < 2e-6, "{eta} {mu}: {found:?} {fresnel}");
+                assert!(
+                    (found.reflected - fresnel).abs() < 2e-6,
+                    "{eta} {mu}: {found:?} {fresnel}"
+                );
+                assert!(
+                    (found.transmitted + fresnel - 1.0).abs() < 2e-6,
+                    "{eta} {mu}: {found:?} {fresnel}"
+                );
             }
         }
     }
@@ -247,7 +295,7 @@ fn narrow_lobes_are_smooth_interfaces() {
 #[test]
 fn matched_indices_are_the_limit() {
     for masking in [Masking::Smith, Masking::SmithCorrelated] {
-        for mu in [0.0, 0.2, 1.0] {
+        for mu in [0.05, 0.2, 1.0] {
             let at = |eta| {
                 let of = RoughInterface::new(Family::Ggx.with(0.5).unwrap(), masking, eta).unwrap();
                 of.albedos(mu, 1e-7).unwrap()
@@ -255,8 +303,11 @@ fn matched_indices_are_the_limit() {
             let limit = at(1.0);
             assert_eq!(limit.reflected, 0.0);
             let near = at(1.0 + 1e-6);
-            // F and the bend vanish with the root of eta - 1 at grazing angles
-            assert!((near.transmitted - limit.transmitted).abs() < 3e-3, "{mu}: {near:?} {limit:?}");
+            // F and the bend vanish like eta - 1, but for facets that are seen at less than its root
+            assert!(
+                (near.transmitted - limit.transmitted).abs() < 1e-4,
+                "{mu}: {near:?} {limit:?}"
+            );
         }
     }
 }

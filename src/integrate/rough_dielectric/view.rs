@@ -22,6 +22,7 @@
 use crate::masking::Smith;
 use crate::numerics::lanes::{exp, scaled_ierfc};
 use glam::DVec3;
+use multiversion::multiversion;
 use std::f64::consts::{FRAC_1_PI, PI};
 
 /// What becomes of the light, and how it is weighed.
@@ -68,8 +69,7 @@ pub(super) struct View {
     /// (eta - 1)(eta + 1), and the cosine of total reflection.
     step: f64,
     edge: f64,
-    /// Ends of the lobe: of q, and of p over the width of its row on both sides.
-    across: f64,
+    /// Ends of the lobe: the radius of all slopes, and of those that face away from wo.
     ahead: f64,
     behind: f64,
 }
@@ -153,28 +153,22 @@ const TURN_STEP: f64 = 8.0;
 impl View {
     /// The view from cos theta_o = `mu`, without a tail that weighs at most `tail`.
     ///
-    /// G2 <= G1(o) bounds the integrand by P22 (mu + s p)/seen(o), with alpha s/seen at most 2 for GGX and 2 sqrt(pi) for
-    /// Beckmann. With q = alpha sinh W and p = sqrt(alpha^2 + q^2) sinh U GGX has beyond W at most
-    /// 2 e^(-2 W) + (4/pi) e^(-W), beyond U 4 e^(-2 U) + 1.7 e^(-3 U), and behind, where mu bounds mu + s p, 1.7 e^(-3 U);
-    /// Beckmann at most 2 e^(-v^2) beyond alpha v on each of the three sides.
+    /// G2 <= G1(o) bounds the integrand by P22 (mu + s p)/seen(o), where the mean of the positive part of p is t/pi. Beyond
+    /// t = alpha v GGX has at most 1/v^2 + (2/pi) (alpha s/seen)/v of that, Beckmann (mu + 3.4 alpha s)/seen e^(-v^2) as in
+    /// [`super::super::smith_hd`]; of the facets with p < 0 it is at most 1/v^2 and e^(-v^2).
     pub(super) fn new(facets: Facets, way: Way, mu: f64, tail: f64) -> Self {
-        let Facets {
-            slopes, alpha, eta, ..
-        } = facets;
+        let Facets { slopes, alpha, eta, .. } = facets;
         let s = ((1.0 - mu) * (1.0 + mu)).sqrt();
         let seen = seen(slopes, alpha * s, mu);
-        let exposed = (alpha * s / seen).min(4.0);
         let allowed = tail / 3.0;
-        let (across, ahead, behind) = match slopes {
+        let (ahead, behind) = match slopes {
             Slopes::Ggx => {
-                let w = libm::log((2.0 * exposed / (PI * allowed)).max((4.0 / allowed).sqrt()).max(2.0));
-                let u = 0.5 * libm::log((4.0 * exposed / allowed).max(libm::cbrt(16.0 / (allowed * allowed))).max(4.0));
-                let back = libm::log((3.4 / allowed).max(8.0)) / 3.0;
-                (alpha * libm::sinh(w), libm::sinh(u), libm::sinh(back))
+                let back = allowed.recip().sqrt();
+                (back.max(2.0 * alpha * s / (PI * seen * allowed)), back)
             }
             Slopes::Gaussian => {
-                let v = libm::log((4.0 / allowed).max(4.0)).sqrt();
-                (alpha * v, alpha * v, alpha * v)
+                let end = |bound: f64| libm::log(bound / allowed).max(1.0).sqrt();
+                (end((mu + 3.4 * alpha * s) / seen), end(1.0))
             }
         };
         let step = (eta - 1.0) * (eta + 1.0);
@@ -187,9 +181,8 @@ impl View {
             base: alpha.min(1.0),
             step,
             edge: (-step).max(0.0).sqrt(),
-            across,
-            ahead,
-            behind,
+            ahead: alpha * ahead,
+            behind: alpha * behind,
         }
     }
 
@@ -203,7 +196,7 @@ impl View {
         let w = |q: f64| libm::asinh(q / self.base);
         let Self { mu, s, edge, .. } = *self;
         let eta = self.facets.eta;
-        let mut end = (self.across, false);
+        let mut end = (self.ahead, false);
         let mut marks = Vec::with_capacity(4);
         let mut bounded = |q: f64| {
             if q < end.0 {
@@ -241,11 +234,8 @@ impl View {
         let (sinh, cosh) = (libm::sinh(w), libm::cosh(w));
         let (q, width) = (base * sinh, base * cosh);
         let q2 = q * q;
-        let stretch = match slopes {
-            Slopes::Ggx => libm::hypot(alpha, q),
-            Slopes::Gaussian => 1.0,
-        };
-        let (mut low, mut high) = (-self.behind * stretch, self.ahead * stretch);
+        let within = |radius: f64| ((radius - q) * (radius + q)).max(0.0).sqrt();
+        let (mut low, mut high) = (-within(self.behind), within(self.ahead));
         let (mut rim_low, mut rim_high) = (false, false);
         // o.h = 0
         low = low.max(-mu / s);
@@ -338,12 +328,22 @@ impl View {
             // edges count on their own side of the row
             if cut > start && cut < high {
                 let edge = if start == low || to.is_none() { from } else { to };
-                self.split(&mut row, Part::new(start, cut, edge), [layered[0] && start == low, false], allowed);
+                self.split(
+                    &mut row,
+                    Part::new(start, cut, edge),
+                    [layered[0] && start == low, false],
+                    allowed,
+                );
                 start = cut;
             }
         }
         let edge = if start == low { from.or(to) } else { to };
-        self.split(&mut row, Part::new(start, high, edge), [layered[0] && start == low, layered[1]], allowed);
+        self.split(
+            &mut row,
+            Part::new(start, high, edge),
+            [layered[0] && start == low, layered[1]],
+            allowed,
+        );
         row
     }
 
@@ -420,75 +420,97 @@ impl View {
 
     fn cos_i(&self, row: &Row, u: f64) -> f64 {
         let p = row.width * libm::sinh(u);
-        self.other(p, row.q2).map_or(0.0, |(cos_i, _, _)| cos_i)
+        match self.way {
+            Way::Reflected => self.other::<REFLECTED>(p, row.q2).0,
+            Way::Missing => self.other::<MISSING>(p, row.q2).0,
+            Way::Refracted => self.other::<REFRACTED>(p, row.q2).0,
+        }
     }
 
-    /// n.i, the weight W, and mu + s p; `None` where there is no light.
+    /// n.i, the weight W, and mu + s p, each 0 where there is no light.
     #[inline(always)]
-    fn other(&self, p: f64, q2: f64) -> Option<(f64, f64, f64)> {
+    fn other<const WAY: u8>(&self, p: f64, q2: f64) -> (f64, f64, f64) {
         let Self { mu, s, step, .. } = *self;
         let eta = self.facets.eta;
         let t2 = p * p + q2;
         let k2 = (1.0 + t2).recip();
         let k = k2.sqrt();
-        let faced = mu + s * p;
+        let faced = (mu + s * p).max(0.0);
         let c = (faced * k).min(1.0);
-        let g2 = step + c * c;
-        if faced <= 0.0 || (g2 <= 0.0 && self.way != Way::Reflected) {
-            return None;
-        }
-        let g = g2.max(0.0).sqrt();
-        let perp = (c + g).recip();
-        let par = eta / (eta * eta * c + g);
-        let passes = (2.0 * c * g * (perp * perp + par * par)).min(1.0);
-        let (cos_i, weight) = match self.way {
-            Way::Reflected => (2.0 * c * k - mu, 1.0 - passes),
-            Way::Missing => (2.0 * c * k - mu, passes),
-            Way::Refracted => {
+        let g = (step + c * c).max(0.0).sqrt();
+        let (sum, par) = (c + g, eta * eta * c + g);
+        // one quotient for both polarisations
+        let (a, b) = (par, eta * sum);
+        let product = (sum * par).max(f64::MIN_POSITIVE);
+        let passes = (2.0 * c * g * (a * a + b * b) / (product * product).max(f64::MIN_POSITIVE)).min(1.0);
+        let (cos_i, weight) = match WAY {
+            REFLECTED => (2.0 * c * k - mu, 1.0 - passes),
+            MISSING => (2.0 * c * k - mu, passes),
+            _ => {
                 let ahead = c * k - mu;
-                let cos_i = if eta < 1.0 && ahead > 0.0 {
-                    k2 * (step + mu * mu + 2.0 * mu * s * p - mu * mu * t2) / (g * k + ahead)
+                let rise = step + mu * mu + 2.0 * mu * s * p - mu * mu * t2;
+                let across = eta < 1.0 && ahead > 0.0;
+                let (numerator, denominator) = if across {
+                    (k2 * rise, g * k + ahead)
                 } else {
-                    mu + step * perp * k
+                    (mu * sum + step * k, sum)
                 };
-                (cos_i / eta, passes)
+                (numerator / (eta * denominator).max(f64::MIN_POSITIVE), passes)
             }
         };
-        (cos_i > 0.0).then(|| (cos_i.min(1.0), weight, faced))
+        (cos_i.clamp(0.0, 1.0), weight, faced)
     }
 
     /// The integrand over u and w.
-    #[inline(always)]
     pub(super) fn value(&self, row: &Row, u: f64) -> f64 {
-        let Facets {
-            slopes,
-            alpha,
-            correlated,
-            ..
-        } = self.facets;
-        let power = exp(u);
-        let inverse = power.recip();
-        let (sinh, cosh) = (0.5 * (power - inverse), 0.5 * (power + inverse));
-        let p = row.width * sinh;
-        let Some((cos_i, weight, faced)) = self.other(p, row.q2) else {
-            return 0.0;
+        let mut one = [u];
+        self.values(row, &mut one);
+        one[0]
+    }
+
+    /// The integrand at every u of `nodes`, in their place.
+    pub(super) fn values(&self, row: &Row, nodes: &mut [f64]) {
+        let run = match (self.facets.slopes, self.way) {
+            (Slopes::Ggx, Way::Reflected) => ggx_reflected,
+            (Slopes::Ggx, Way::Missing) => ggx_missing,
+            (Slopes::Ggx, Way::Refracted) => ggx_refracted,
+            (Slopes::Gaussian, Way::Reflected) => gaussian_reflected,
+            (Slopes::Gaussian, Way::Missing) => gaussian_missing,
+            (Slopes::Gaussian, Way::Refracted) => gaussian_refracted,
         };
-        let t2 = p * p + row.q2;
-        let density = match slopes {
-            Slopes::Ggx => {
-                let root = (alpha * alpha + t2).recip();
-                root * root
-            }
-            Slopes::Gaussian => exp(-t2 / (alpha * alpha)),
+        run(self, row, nodes);
+    }
+
+    #[inline(always)]
+    fn run<const GGX: bool, const WAY: u8>(&self, row: &Row, nodes: &mut [f64]) {
+        let alpha = self.facets.alpha;
+        let square = alpha * alpha;
+        let (own, other) = match self.facets.correlated {
+            true => (self.seen, self.mu),
+            false => (self.seen, self.seen),
         };
-        let across = alpha * ((1.0 - cos_i) * (1.0 + cos_i)).max(0.0).sqrt();
-        let hidden = hidden(slopes, across, cos_i);
-        let shown = if correlated {
-            cos_i * self.seen + self.mu * hidden
-        } else {
-            (cos_i + hidden) * self.seen
-        };
-        row.scale * cosh * density * weight * faced * cos_i / shown
+        for node in nodes {
+            let power = exp(*node);
+            let inverse = power.recip();
+            let (sinh, cosh) = (0.5 * (power - inverse), 0.5 * (power + inverse));
+            let p = row.width * sinh;
+            let (cos_i, weight, faced) = self.other::<WAY>(p, row.q2);
+            let t2 = p * p + row.q2;
+            let sine = (1.0 - cos_i) * (1.0 + cos_i);
+            let (density, hidden) = if GGX {
+                let root = (square + t2).recip();
+                let across = square * sine;
+                let hidden = 0.5 * ((cos_i * cos_i + across).sqrt() - cos_i);
+                (root * root, hidden)
+            } else {
+                (
+                    exp((-t2 / square).max(-MOST_SQUARE)),
+                    hidden_gaussian(alpha * sine.sqrt(), cos_i),
+                )
+            };
+            let shown = cos_i * own + other * hidden;
+            *node = row.scale * cosh * density * weight * faced * cos_i / shown.max(f64::MIN_POSITIVE);
+        }
     }
 
     /// The same in three channels, for the adaptive rules.
@@ -498,29 +520,48 @@ impl View {
     }
 }
 
-/// (n.w) Lambda(w) for n.w = `cos` and `across` = alpha sin theta_w, see [`Smith`].
+const REFLECTED: u8 = 0;
+const MISSING: u8 = 1;
+const REFRACTED: u8 = 2;
+
+/// One loop for each pair of facets and ways, so that nothing is chosen inside of it.
+macro_rules! loops {
+    ($($name:ident: $ggx:literal, $way:ident;)*) => {$(
+        #[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "x86_64+avx"))]
+        fn $name(view: &View, row: &Row, nodes: &mut [f64]) {
+            view.run::<$ggx, $way>(row, nodes);
+        }
+    )*};
+}
+
+loops! {
+    ggx_reflected: true, REFLECTED;
+    ggx_missing: true, MISSING;
+    ggx_refracted: true, REFRACTED;
+    gaussian_reflected: false, REFLECTED;
+    gaussian_missing: false, MISSING;
+    gaussian_refracted: false, REFRACTED;
+}
+
+/// (n.w) Lambda(w) of Beckmann for n.w = `cos` and `across` = alpha sin theta_w, see [`Smith`].
 #[inline(always)]
-fn hidden(slopes: Slopes, across: f64, cos: f64) -> f64 {
-    match slopes {
-        Slopes::Ggx => {
-            let square = across * across;
-            0.5 * square / (cos + (cos * cos + square).sqrt()).max(f64::MIN_POSITIVE)
-        }
-        Slopes::Gaussian => {
-            let square = (across * across).max(f64::MIN_POSITIVE);
-            let ratio = (cos * cos / square).min(MOST_SQUARE);
-            let sum = cos + across;
-            let scaled = scaled_ierfc((cos - 3.0 * across) / (cos + 3.0 * across).max(f64::MIN_POSITIVE));
-            0.5 * (across * square) * exp(-ratio) * scaled / (sum * sum).max(f64::MIN_POSITIVE)
-        }
-    }
+fn hidden_gaussian(across: f64, cos: f64) -> f64 {
+    let square = (across * across).max(f64::MIN_POSITIVE);
+    let ratio = (cos * cos / square).min(MOST_SQUARE);
+    let sum = cos + across;
+    let scaled = scaled_ierfc((cos - 3.0 * across) / (cos + 3.0 * across).max(f64::MIN_POSITIVE));
+    0.5 * (across * square) * exp(-ratio) * scaled / (sum * sum).max(f64::MIN_POSITIVE)
 }
 
 /// Squared ratio from which on nothing is hidden: e^-700.
 const MOST_SQUARE: f64 = 700.0;
 
+/// (n.w) (1 + Lambda(w)).
 fn seen(slopes: Slopes, across: f64, cos: f64) -> f64 {
-    cos + hidden(slopes, across, cos)
+    match slopes {
+        Slopes::Ggx => 0.5 * (cos + libm::hypot(cos, across)),
+        Slopes::Gaussian => cos + hidden_gaussian(across, cos),
+    }
 }
 
 impl Facets {
