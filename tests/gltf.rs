@@ -129,7 +129,8 @@ const KEY: [Expected; 15] = [
             ("roughness-range", 6),
             ("transmission", 5),
         ],
-        roughness: &[0.5, 0.8],
+        // an index of 1 bends nothing, however rough
+        roughness: &[0.0, 0.5, 0.8],
         range: Some([LEAST, 1.0]),
         indices: &[1.0, 1.33, 1.5, 1.76, 2.42],
     },
