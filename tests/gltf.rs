@@ -132,7 +132,8 @@ const KEY: [Expected; 15] = [
             ("roughness-range", 6),
             ("transmission", 5),
         ],
-        roughness: &[0.5, 0.8],
+        // an index of 1 bends nothing, however rough
+        roughness: &[0.0, 0.5, 0.8],
         range: Some([LEAST, 1.0]),
         indices: &[1.0, 1.33, 1.5, 1.76, 2.42],
     },
@@ -250,6 +251,13 @@ impl Found {
             }
             // layers have a test of their own
             ModelSpec::Layered { base, .. } => self.walk(base),
+            ModelSpec::RoughDielectric { roughness, media, .. } => {
+                match roughness {
+                    Roughness::Fixed(alpha) => self.roughness.push(alpha.sqrt()),
+                    Roughness::Range { min, max } => self.ranges.push([min.sqrt(), max.sqrt()]),
+                }
+                self.indices.push(media.eta_b);
+            }
             other => other.parts().into_iter().for_each(|part| self.walk(part)),
         }
     }

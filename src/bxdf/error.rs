@@ -37,4 +37,21 @@ pub enum ModelError {
     /// A coat of facets that stand off the surface.
     #[error("distribution \"charlie\" is not allowed in a fresnel-blend: a coat has facets that lie in the surface")]
     CoatOfCharlie,
+    /// A masking of rough refraction other than the two of Smith.
+    #[error("masking \"{masking}\" is not allowed with a rough-dielectric: it takes smith or smith-correlated")]
+    NeedsSmith {
+        /// Name of the masking.
+        masking: &'static str,
+    },
+    /// Media whose indices are as good as equal.
+    #[error(
+        "eta_b = {eta_b} is not allowed beside eta_a = {eta_a}: no facet bends light where the quotient is within 1e-6 of 1; \
+         a fresnel-specular is the model of that"
+    )]
+    NoBend {
+        /// Index above the surface.
+        eta_a: f64,
+        /// Index below the surface.
+        eta_b: f64,
+    },
 }

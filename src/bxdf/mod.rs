@@ -16,6 +16,7 @@ mod layered;
 mod microfacet;
 mod model;
 mod oren_nayar;
+mod rough_dielectric;
 mod specular;
 mod weights;
 
@@ -31,6 +32,7 @@ pub use layered::{Layered, Veil, VeiledBxdf};
 pub use microfacet::Microfacet;
 pub use model::{Model, Needs};
 pub use oren_nayar::OrenNayar;
+pub use rough_dielectric::{LEAST_BEND, Media, RoughDielectric};
 pub use specular::{FresnelSpecular, SpecularReflection, SpecularTransmission, Transport};
 pub use weights::{BLOCK, Draws, Lane};
 

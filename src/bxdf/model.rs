@@ -2,7 +2,7 @@
 
 use super::{
     BrdfToBtdf, Bxdf, DiffuseSpecular, Flags, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Layered,
-    Microfacet, OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum,
+    Microfacet, OrenNayar, RoughDielectric, Scaled, SpecularReflection, SpecularTransmission, Sum,
 };
 use crate::spectrum::Channels;
 
@@ -23,6 +23,8 @@ pub enum Model {
     SpecularTransmission(SpecularTransmission),
     /// Both by a smooth surface.
     FresnelSpecular(FresnelSpecular),
+    /// Both by a rough surface.
+    RoughDielectric(RoughDielectric),
     /// A measured half-angle table.
     HalfAngle(HalfAngle),
     /// Irregular measured samples.
@@ -59,6 +61,7 @@ macro_rules! each {
             Model::SpecularReflection($leaf) => $body,
             Model::SpecularTransmission($leaf) => $body,
             Model::FresnelSpecular($leaf) => $body,
+            Model::RoughDielectric($leaf) => $body,
             Model::HalfAngle($leaf) => $body,
             Model::Irregular($leaf) => $body,
             $($made)*
@@ -126,6 +129,7 @@ impl Model {
         match self {
             Self::SpecularTransmission(window) => Self::SpecularTransmission(window.accounted()),
             Self::FresnelSpecular(glass) => Self::FresnelSpecular(glass.accounted()),
+            Self::RoughDielectric(glass) => Self::RoughDielectric(glass.accounted()),
             Self::BrdfToBtdf(mirrored) => Self::BrdfToBtdf(Box::new(BrdfToBtdf::new(mirrored.bxdf().accounted()))),
             Self::Scaled(scaled) => Self::Scaled(Box::new(scaled.with(scaled.bxdf().accounted()))),
             Self::Sum(sum) => Self::Sum(Sum::new(sum.parts().iter().map(Self::accounted).collect())),
@@ -161,6 +165,7 @@ impl Model {
         match self {
             Self::Microfacet(microfacet) => microfacet.distribution.width(),
             Self::FresnelBlend(blend) => blend.distribution().width(),
+            Self::RoughDielectric(glass) => glass.distribution().width(),
             other => other.parts().into_iter().map(Self::width).fold(1.0, f64::min),
         }
     }

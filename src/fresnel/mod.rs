@@ -298,6 +298,17 @@ pub(crate) fn dielectric_at(theta: Polar, eta: f64) -> f64 {
     (0.5 * (r_perp * r_perp + r_par * r_par)).min(1.0)
 }
 
+/// 1 - F of a dielectric for light at the cosine `cos` that goes on at the cosine `g`/eta, g = sqrt(eta^2 - sin^2) > 0.
+///
+/// 1 - r_perp^2 = 4 cos g/(cos + g)^2 and 1 - r_par^2 = 4 eta^2 cos g/(eta^2 cos + g)^2 cancel nothing, and stay the same when
+/// the light runs the other way.
+#[inline(always)]
+pub(crate) fn dielectric_passes(cos: f64, g: f64, eta: f64) -> f64 {
+    let perp = (cos + g).recip();
+    let par = eta / (eta * eta * cos + g);
+    (2.0 * cos * g * (perp * perp + par * par)).min(1.0)
+}
+
 /// Conductor reflectance at `cos` for index eta + ik, exact for unpolarised light.
 pub fn conductor(cos: f64, eta: f64, k: f64) -> f64 {
     conductor_at(Polar::from_cos(cos), eta, k)

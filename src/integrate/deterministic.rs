@@ -3,7 +3,7 @@
 use super::hemisphere::Mean;
 use super::{
     Angles, ErrorKind, Estimate, Estimator, IntegrateError, Lobe, Target, facets, half_angle_hd, half_angle_hh, layers,
-    microfacet_hd, microfacet_hh, sheen, smith_hd,
+    microfacet_hd, microfacet_hh, rough_dielectric, sheen, smith_hd,
 };
 use crate::bxdf::{DiffuseSpecular, Flags, FresnelBlend, Microfacet, Model, SpecularReflection};
 use crate::distribution::Isotropic;
@@ -40,7 +40,11 @@ pub fn closed_form(model: &Model, target: Target) -> Option<Estimate> {
             Some(Angles { mu, .. }) => exact(glass.rho_hd(sides, mu)),
             None => rounded(glass.rho_hh(sides)),
         }),
-        Model::Microfacet(_) | Model::FresnelBlend(_) | Model::HalfAngle(_) | Model::Irregular(_) => None,
+        Model::Microfacet(_)
+        | Model::FresnelBlend(_)
+        | Model::RoughDielectric(_)
+        | Model::HalfAngle(_)
+        | Model::Irregular(_) => None,
         Model::BrdfToBtdf(mirrored) => closed_form(mirrored.bxdf(), target.of(target.lobe.other())),
         Model::Scaled(scaled) => Some(closed_form(scaled.bxdf(), target)?.scaled(scaled.scale().value())),
         Model::Sum(sum) => {
@@ -75,6 +79,7 @@ pub fn quadrature(model: &Model, target: Target, tolerance: f64) -> Result<Estim
     match model {
         Model::Microfacet(microfacet) => Ok(bound(of_microfacet(microfacet, target, tolerance)?)),
         Model::FresnelBlend(blend) => of_blend(blend, target, tolerance),
+        Model::RoughDielectric(glass) => Ok(bound(rough_dielectric::quadrature(glass, target, tolerance)?)),
         Model::HalfAngle(table) => Ok(bound(match target.outgoing {
             Some(Angles { mu, .. }) => half_angle_hd::rho_hd(table, mu, tolerance)?,
             None => half_angle_hh::rho_hh(table, tolerance)?,

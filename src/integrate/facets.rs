@@ -85,7 +85,7 @@ pub(super) fn rho_hh(microfacet: &Microfacet, tolerance: f64) -> Result<Integral
 ///
 /// A narrow lobe follows F through total internal reflection within a few of its widths of the edge, and has its square root
 /// beyond: a step that few nodes would miss.
-fn mean_marks(microfacet: &Microfacet) -> Vec<(f64, bool)> {
+pub(super) fn mean_marks(microfacet: &Microfacet) -> Vec<(f64, bool)> {
     let width = microfacet.distribution.width();
     let mut marks = vec![(width, false)];
     for edge in microfacet.fresnel.edges() {

@@ -63,7 +63,8 @@ use crate::spectrum::Channels;
 use glam::DVec3;
 use kernel::{Constants, Scratch, Sums};
 use orders::Orders;
-use rules::{MOST_INNER, circle, legendre};
+use rules::{MOST_INNER, circle};
+pub(super) use rules::{inner_order, legendre};
 use std::cell::RefCell;
 use std::f64::consts::PI;
 

@@ -52,6 +52,11 @@ impl Smith {
         Some(Self { shape, axes })
     }
 
+    /// Whether it is GGX, and its width along the first tangent: all there is to know of an isotropic one.
+    pub(crate) fn round(&self) -> (bool, f64) {
+        (self.shape == Shape::Ggx, self.axes.x)
+    }
+
     /// t = hypot(a_x w.x, a_y w.y), the sine of w as the round distribution sees it, for a cosine that is kept.
     fn sine(&self, w: DVec3) -> f64 {
         let stretched = self.axes * w.truncate();
@@ -93,7 +98,7 @@ impl Smith {
     ///
     /// Symmetric in the two directions to the last bit. With one direction at the horizon both are finite, with both there
     /// the correlated one is infinite.
-    pub(super) fn visibility(&self, correlated: bool, wo: DVec3, wi: DVec3, cos: Cosines) -> f64 {
+    pub(crate) fn visibility(&self, correlated: bool, wo: DVec3, wi: DVec3, cos: Cosines) -> f64 {
         if correlated {
             let hidden = cos.i * self.hidden(wo, cos.o) + cos.o * self.hidden(wi, cos.i);
             0.25 / (cos.o * cos.i + hidden)
@@ -123,7 +128,7 @@ impl Smith {
     }
 
     /// G2/G1(o), which is at most 1: G1(i), or correlated 1/(1 + G1(o) Lambda(i)).
-    pub(super) fn visible_weight(&self, correlated: bool, wo: DVec3, wi: DVec3, cos: Cosines) -> f64 {
+    pub(crate) fn visible_weight(&self, correlated: bool, wo: DVec3, wi: DVec3, cos: Cosines) -> f64 {
         if !correlated {
             return self.g1(wi, cos.i);
         }

@@ -165,38 +165,41 @@ fn gather(
 
 /// The sides of a model that is not made of others.
 fn lobes(leaf: &ModelSpec, above: Above, economy: Economy) -> Result<Vec<Part>, ModelError> {
-    let (model, own, r0) = stripped(leaf, economy);
-    let scale = times(above.scale, own);
-    if economy.closed_forms && is_black(scale) {
-        return Ok(Vec::new());
+    let mut parts = Vec::new();
+    for lobe in Lobe::ALL {
+        let (model, own, r0) = stripped(leaf, if above.mirrored { lobe.other() } else { lobe }, economy);
+        let scale = times(above.scale, own);
+        if economy.closed_forms && is_black(scale) {
+            continue;
+        }
+        let model = match above.mirrored {
+            true => ModelSpec::BrdfToBtdf(Box::new(model)),
+            false => model,
+        };
+        let flags = model.at(None)?.flags();
+        if economy.sides && !flags.contains(lobe.flag()) {
+            continue;
+        }
+        parts.push(Part {
+            closed: is_closed(&model) || !flags.contains(lobe.flag()),
+            model,
+            scale: if economy.sharing { scale } else { above.scale },
+            r0,
+            lobe,
+            base: above.base,
+            specular: above.specular,
+            layers: Vec::new(),
+        });
     }
-    let scale = if economy.sharing { scale } else { above.scale };
-    let model = match above.mirrored {
-        true => ModelSpec::BrdfToBtdf(Box::new(model)),
-        false => model,
-    };
-    let flags = model.at(None)?.flags();
-    let sides = Lobe::ALL
-        .into_iter()
-        .filter(|lobe| !economy.sides || flags.contains(lobe.flag()));
-    let parts = sides.map(|lobe| Part {
-        closed: is_closed(&model) || !flags.contains(lobe.flag()),
-        model: model.clone(),
-        scale,
-        r0,
-        lobe,
-        base: above.base,
-        specular: above.specular,
-        layers: Vec::new(),
-    });
-    Ok(parts.collect())
+    Ok(parts)
 }
 
 /// Schlick's r0 in the channels of a pair of tables: rho is linear in r0, rho(r0) = (1 - r0) R + r0 G.
 const PAIR: [f64; 3] = [0.0, 1.0, 1.0];
 
-/// The model without the factors that its albedo is linear in, their product, and r0 where a pair holds all.
-fn stripped(leaf: &ModelSpec, economy: Economy) -> (ModelSpec, Spectrum, Option<Spectrum>) {
+/// The model without the factors that its albedo on the side `lobe` is linear in, their product, and r0 where a pair holds
+/// all.
+fn stripped(leaf: &ModelSpec, lobe: Lobe, economy: Economy) -> (ModelSpec, Spectrum, Option<Spectrum>) {
     match leaf {
         ModelSpec::Microfacet {
             reflectance,
@@ -224,6 +227,31 @@ fn stripped(leaf: &ModelSpec, economy: Economy) -> (ModelSpec, Spectrum, Option<
                 fresnel,
             };
             (unit, *reflectance, r0)
+        }
+        ModelSpec::RoughDielectric {
+            reflectance,
+            transmittance,
+            family,
+            roughness,
+            masking,
+            media,
+        } => {
+            let own = match lobe {
+                Lobe::Reflection => *reflectance,
+                Lobe::Transmission => *transmittance,
+            };
+            if !economy.sharing {
+                return (leaf.clone(), own, None);
+            }
+            let unit = ModelSpec::RoughDielectric {
+                reflectance: Spectrum::grey(1.0),
+                transmittance: Spectrum::grey(1.0),
+                family: *family,
+                roughness: *roughness,
+                masking: *masking,
+                media: *media,
+            };
+            (unit, own, None)
         }
         ModelSpec::Lambertian(base) if base.albedo() == DVec3::ZERO => (leaf.clone(), Spectrum::grey(0.0), None),
         other => (other.clone(), Spectrum::grey(1.0), None),

@@ -300,6 +300,7 @@ fn with_roughness(model: &ModelSpec, edit: &dyn Fn(Family, Roughness) -> Roughne
         ModelSpec::Microfacet { distribution: own, .. } | ModelSpec::FresnelBlend { distribution: own, .. } => {
             *own = distribution(own);
         }
+        ModelSpec::RoughDielectric { family, roughness, .. } => *roughness = edit(*family, *roughness),
         ModelSpec::BrdfToBtdf(bxdf) => **bxdf = with_roughness(bxdf, edit),
         _ => {}
     }

@@ -3,11 +3,12 @@
 use super::error::SceneError;
 use super::facets::{DISTRIBUTION_RULE, FRESNEL_RULE, distribution, fresnel};
 use super::library::Library;
-use super::spec::ModelSpec;
+use super::spec::{DistributionSpec, ModelSpec};
 use super::table::{Entry, Rule, Table};
 use super::vocabulary::{BXDFS, BxdfType, COUPLINGS, MASKINGS, TRANSPORTS, VEILS};
 use crate::bxdf::{
-    Coupling, Flags, FresnelSpecular, Lambertian, OrenNayar, SpecularReflection, SpecularTransmission, Transport, Veil,
+    Coupling, Flags, FresnelSpecular, Lambertian, Media, ModelError, OrenNayar, SpecularReflection,
+    SpecularTransmission, Transport, Veil,
 };
 use crate::parameter::{
     ETA_A, ETA_B, KD, KS, Legal, ParameterError, RD, REFLECTANCE, RS, SCALE, SIGMA_DEG, TRANSMITTANCE,
@@ -38,6 +39,7 @@ fn bxdf(entry: Entry<'_>, rule: &'static str) -> Result<ModelSpec, SceneError> {
         BxdfType::SpecularReflection => specular_reflection(&table),
         BxdfType::SpecularTransmission => specular_transmission(&table),
         BxdfType::FresnelSpecular => fresnel_specular(&table),
+        BxdfType::RoughDielectric => rough_dielectric(&table),
         BxdfType::BrdfToBtdf => brdf_to_btdf(&table),
         BxdfType::Scaled => scaled(&table),
         BxdfType::Sum => sum(&table),
@@ -116,6 +118,43 @@ fn fresnel_specular(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     let (reflectance, transmittance) = (or_white(table, REFLECTANCE)?, or_white(table, TRANSMITTANCE)?);
     let glass = FresnelSpecular::new(reflectance, transmittance, eta_a, eta_b, transport).map_err(refused(table))?;
     Ok(ModelSpec::FresnelSpecular(glass))
+}
+
+fn rough_dielectric(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
+    let keys = [
+        "type",
+        "reflectance",
+        "transmittance",
+        "eta_a",
+        "eta_b",
+        "distribution",
+        "masking",
+        "transport",
+    ];
+    table.only("rough-dielectric", &keys)?;
+    let (eta_a, eta_b, transport) = interface(table)?;
+    let facets = table.required("distribution", &DISTRIBUTION_RULE)?;
+    let DistributionSpec::Isotropic { family, roughness } = distribution(facets)? else {
+        return Err(facets.refuse("is not allowed: a rough-dielectric has one roughness, the same along both tangents"));
+    };
+    let masking = table.required("masking", &MASKINGS)?;
+    let model = ModelSpec::RoughDielectric {
+        reflectance: or_white(table, REFLECTANCE)?,
+        transmittance: or_white(table, TRANSMITTANCE)?,
+        family,
+        roughness,
+        masking: masking.choice(&MASKINGS)?,
+        media: Media {
+            eta_a,
+            eta_b,
+            transport,
+        },
+    };
+    match model.at(None) {
+        Ok(_) => Ok(model),
+        Err(error @ ModelError::NoBend { .. }) => Err(table.refuse(error.to_string())),
+        Err(error) => Err(masking.refuse(format!("does not go with the rest: {error}"))),
+    }
 }
 
 /// eta_a (1 unless given), eta_b and what is transported.

@@ -88,6 +88,23 @@ impl Calls {
                     self.add(Effect::Dielectric, kind());
                 }
             }
+            ModelSpec::RoughDielectric {
+                reflectance,
+                transmittance,
+                family,
+                roughness,
+                ..
+            } => {
+                if some(*transmittance) {
+                    self.add(Effect::Transmission, kind());
+                } else if some(*reflectance) {
+                    self.add(Effect::Dielectric, kind());
+                } else {
+                    return;
+                }
+                let (family, roughness) = (*family, *roughness);
+                self.distribution(&DistributionSpec::Isotropic { family, roughness }, prefix);
+            }
             ModelSpec::HalfAngle(table) => self.measured(kind(), table.table().channels()),
             ModelSpec::Irregular(samples) => self.measured(kind(), samples.data().channels()),
             ModelSpec::BrdfToBtdf(bxdf) => {

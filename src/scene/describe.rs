@@ -57,6 +57,21 @@ impl ModelSpec {
                 facts.add(prefix, "transmittance", spectrum(glass.transmittance()));
                 describe_interface((glass.eta_a(), glass.eta_b(), glass.transport()), facts, prefix);
             }
+            Self::RoughDielectric {
+                reflectance,
+                transmittance,
+                family,
+                roughness,
+                masking,
+                media,
+            } => {
+                facts.add(prefix, "reflectance", spectrum(*reflectance));
+                facts.add(prefix, "transmittance", spectrum(*transmittance));
+                let (family, roughness) = (*family, *roughness);
+                DistributionSpec::Isotropic { family, roughness }.describe_to(facts, prefix);
+                facts.add(prefix, "masking", masking.name());
+                describe_interface((media.eta_a, media.eta_b, media.transport), facts, prefix);
+            }
             // a table goes with the data, wherever the file is
             Self::HalfAngle(table) => {
                 facts.add(prefix, "invalid", table.table().invalid());
@@ -131,6 +146,7 @@ impl ModelSpec {
             Self::SpecularReflection(_) => "specular-reflection",
             Self::SpecularTransmission(_) => "specular-transmission",
             Self::FresnelSpecular(_) => "fresnel-specular",
+            Self::RoughDielectric { .. } => "rough-dielectric",
             Self::HalfAngle(_) => "merl",
             Self::Irregular(_) => "irregular",
             Self::BrdfToBtdf(_) => "brdf-to-btdf",

@@ -176,6 +176,22 @@ fn wrong_types() {
                 "transport is one of \"radiance\", \"importance\"",
             ),
             (
+                "{ type = 'rough-dielectric', eta_a = 1.5, eta_b = 1.5, masking = 'smith', distribution = { type = 'ggx', alpha = 0.1 } }",
+                "eta_b = 1.5 is not allowed beside eta_a = 1.5",
+            ),
+            (
+                "{ type = 'rough-dielectric', eta_b = 1.5, masking = 'v-groove', distribution = { type = 'ggx', alpha = 0.1 } }",
+                "it takes smith or smith-correlated",
+            ),
+            (
+                "{ type = 'rough-dielectric', eta_b = 1.5, masking = 'smith', distribution = { type = 'phong', n = 9 } }",
+                "it goes with beckmann and ggx only",
+            ),
+            (
+                "{ type = 'rough-dielectric', eta_b = 1.5, masking = 'smith', distribution = { type = 'ggx', alpha_x = 0.1, alpha_y = 0.2 } }",
+                "a rough-dielectric has one roughness",
+            ),
+            (
                 "{ type = 'fresnel-blend', rd = 1, distribution = { type = 'phong', n = 1 } }",
                 "missing key rs",
             ),

@@ -2,7 +2,8 @@
 
 use crate::bxdf::{
     BrdfToBtdf, Coupling, DiffuseSpecular, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Layered,
-    Microfacet, Model, ModelError, OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum, Veil,
+    Media, Microfacet, Model, ModelError, OrenNayar, RoughDielectric, Scaled, SpecularReflection, SpecularTransmission,
+    Sum, Veil,
 };
 use crate::distribution::{Anisotropic, Distribution, Family};
 use crate::fresnel::Fresnel;
@@ -72,6 +73,21 @@ pub enum ModelSpec {
     SpecularTransmission(SpecularTransmission),
     /// Both by a smooth surface.
     FresnelSpecular(FresnelSpecular),
+    /// Both by a rough surface.
+    RoughDielectric {
+        /// Scale of the reflected light.
+        reflectance: Spectrum,
+        /// Scale of the transmitted light.
+        transmittance: Spectrum,
+        /// Family of the facets, GGX or Beckmann.
+        family: Family,
+        /// Its roughness parameter.
+        roughness: Roughness,
+        /// Masking-shadowing, one of the two Smith terms.
+        masking: Masking,
+        /// Indices of both sides, and what is transported.
+        media: Media,
+    },
     /// A measured half-angle table in MERL's layout.
     HalfAngle(HalfAngle),
     /// Irregular measured samples.
@@ -154,12 +170,17 @@ impl DistributionSpec {
     /// Family and ends of the roughness range, `None` when the roughness is fixed.
     pub(super) fn range(&self) -> Option<(Family, f64, f64)> {
         match self {
-            Self::Isotropic {
-                family,
-                roughness: Roughness::Range { min, max },
-            } => Some((*family, *min, *max)),
-            _ => None,
+            Self::Isotropic { family, roughness } => roughness_range(*family, *roughness),
+            Self::Anisotropic(_) => None,
         }
+    }
+}
+
+/// Family and ends of a range, `None` of a fixed roughness.
+fn roughness_range(family: Family, roughness: Roughness) -> Option<(Family, f64, f64)> {
+    match roughness {
+        Roughness::Range { min, max } => Some((family, min, max)),
+        Roughness::Fixed(_) => None,
     }
 }
 
@@ -182,6 +203,9 @@ impl ModelSpec {
             Self::Microfacet { distribution, .. } | Self::FresnelBlend { distribution, .. } => {
                 distribution.range().into_iter().collect()
             }
+            Self::RoughDielectric { family, roughness, .. } => {
+                roughness_range(*family, *roughness).into_iter().collect()
+            }
             made => made.parts().into_iter().flat_map(Self::ranges).collect(),
         }
     }
@@ -197,7 +221,8 @@ impl ModelSpec {
             Self::Microfacet {
                 distribution: DistributionSpec::Isotropic { roughness, .. },
                 ..
-            } => Some(*roughness),
+            }
+            | Self::RoughDielectric { roughness, .. } => Some(*roughness),
             Self::BrdfToBtdf(bxdf) => bxdf.roughness(),
             _ => None,
         }
@@ -232,6 +257,20 @@ impl ModelSpec {
             Self::SpecularReflection(mirror) => Model::SpecularReflection(*mirror),
             Self::SpecularTransmission(window) => Model::SpecularTransmission(*window),
             Self::FresnelSpecular(glass) => Model::FresnelSpecular(*glass),
+            Self::RoughDielectric {
+                reflectance,
+                transmittance,
+                family,
+                roughness: own,
+                masking,
+                media,
+            } => Model::RoughDielectric(RoughDielectric::new(
+                *reflectance,
+                *transmittance,
+                family.with(own.pick(roughness))?,
+                *masking,
+                *media,
+            )?),
             Self::HalfAngle(table) => Model::HalfAngle(table.clone()),
             Self::Irregular(irregular) => Model::Irregular(irregular.clone()),
             Self::BrdfToBtdf(bxdf) => Model::BrdfToBtdf(Box::new(BrdfToBtdf::new(bxdf.at(roughness)?))),

@@ -37,6 +37,14 @@ pub enum TransmissionRule {
         /// Index below it.
         eta_below: f64,
     },
+    /// Importance transport through rough interfaces of media of these indices: eta_o^2 f(wo, wi) = eta_i^2 f(wi, wo)
+    /// [Walter et al. 2007, section 5].
+    Refracted {
+        /// Index above the surface.
+        eta_above: f64,
+        /// Index below it.
+        eta_below: f64,
+    },
 }
 
 /// What is known of a model.
@@ -89,6 +97,20 @@ pub fn facts(model: &Model) -> Facts<'_> {
             transmission: rule(glass.transport(), glass.eta_a(), glass.eta_b()),
             ..Facts::default()
         },
+        Model::RoughDielectric(glass) => Facts {
+            normals: vec![Normals {
+                all: every(glass.distribution()),
+                visible: visible(glass.distribution(), glass.masking()),
+            }],
+            transmission: match rule(glass.transport(), glass.eta_a(), glass.eta_b()) {
+                TransmissionRule::Plain => TransmissionRule::Refracted {
+                    eta_above: glass.eta_a(),
+                    eta_below: glass.eta_b(),
+                },
+                scaled => scaled,
+            },
+            ..Facts::default()
+        },
         Model::DiffuseSpecular(coupled) => Facts {
             coupled: Some(coupled),
             ..facts(coupled.specular())
@@ -127,17 +149,21 @@ fn normals(microfacet: &Microfacet) -> Normals<'_> {
     let distribution = &microfacet.distribution;
     Normals {
         all: every(distribution),
-        visible: match (microfacet.masking, Smith::new(distribution)) {
-            (Masking::None, _) => Err("without masking there are no visible normals"),
-            (Masking::VGroove, _) => Ok(Box::new(|wo, h| {
-                visible_groove_pdf(distribution, wo.z, h, wo.dot(h).min(1.0))
-            })),
-            (Masking::Smith | Masking::SmithCorrelated, Some(smith)) => Ok(Box::new(move |wo, h| {
-                distribution.d(h) * wo.dot(h).clamp(0.0, 1.0) / smith.seen(wo, wo.z)
-            })),
-            (Masking::Smith | Masking::SmithCorrelated, None) => Err("its distribution has no Lambda"),
-            (Masking::Neubelt | Masking::Charlie, _) => Err("the maskings of sheen say of no facet whether it is seen"),
-        },
+        visible: visible(distribution, microfacet.masking),
+    }
+}
+
+fn visible(distribution: &Distribution, masking: Masking) -> Result<VisibleDensity<'_>, &'static str> {
+    match (masking, Smith::new(distribution)) {
+        (Masking::None, _) => Err("without masking there are no visible normals"),
+        (Masking::VGroove, _) => Ok(Box::new(|wo, h| {
+            visible_groove_pdf(distribution, wo.z, h, wo.dot(h).min(1.0))
+        })),
+        (Masking::Smith | Masking::SmithCorrelated, Some(smith)) => Ok(Box::new(move |wo, h| {
+            distribution.d(h) * wo.dot(h).clamp(0.0, 1.0) / smith.seen(wo, wo.z)
+        })),
+        (Masking::Smith | Masking::SmithCorrelated, None) => Err("its distribution has no Lambda"),
+        (Masking::Neubelt | Masking::Charlie, _) => Err("the maskings of sheen say of no facet whether it is seen"),
     }
 }
 

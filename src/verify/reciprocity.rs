@@ -128,6 +128,10 @@ fn compare(bxdf: &dyn Bxdf, rule: TransmissionRule, wo: DVec3, wi: DVec3) -> Pai
             let eta = if from.z > 0.0 { eta_above } else { eta_below };
             (eta * eta).recip()
         }
+        TransmissionRule::Refracted { eta_above, eta_below } if Lobe::Transmission.holds(from, to) => {
+            let eta = if from.z > 0.0 { eta_above } else { eta_below };
+            eta * eta
+        }
         _ => 1.0,
     };
     let forth = bxdf.f(wo, wi) * scale(wo, wi);

@@ -11,7 +11,7 @@ use whitefurnace::spectrum::Channels;
 use whitefurnace::table::axis::{Axis, Mapping, TexelRule};
 use whitefurnace::table::{Between, ErrorKind, Lobe, Quantity, Table};
 
-pub(crate) const SCENE_WORDS: [&str; 48] = [
+pub(crate) const SCENE_WORDS: [&str; 49] = [
     "[[material]]\n",
     "[material.bxdf]\n",
     "[scene]\n",
@@ -26,6 +26,7 @@ pub(crate) const SCENE_WORDS: [&str; 48] = [
     "\"specular-reflection\"",
     "\"specular-transmission\"",
     "\"fresnel-specular\"",
+    "\"rough-dielectric\"",
     "\"irregular\"",
     "\"merl\"",
     "\"brdf-to-btdf\"",

@@ -7,8 +7,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt;
 use std::sync::{Arc, LazyLock};
 use whitefurnace::bxdf::{
-    BrdfToBtdf, Coupling, DiffuseSpecular, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Microfacet,
-    Model, OrenNayar, Scaled, SpecularReflection, SpecularTransmission, Sum, Transport, other_hemisphere,
+    BrdfToBtdf, Coupling, DiffuseSpecular, FresnelBlend, FresnelSpecular, HalfAngle, Irregular, Lambertian, Media,
+    Microfacet, Model, OrenNayar, RoughDielectric, Scaled, SpecularReflection, SpecularTransmission, Sum, Transport,
+    other_hemisphere,
 };
 use whitefurnace::distribution::{Anisotropic, Distribution, Elliptic, Family, Isotropic};
 use whitefurnace::fresnel::Fresnel;
@@ -16,7 +17,7 @@ use whitefurnace::geometry::Polar;
 use whitefurnace::masking::Masking;
 use whitefurnace::measured::irregular::IrregularSamples;
 use whitefurnace::measured::merl::{MerlTable, write_merl};
-use whitefurnace::parameter::{ETA, EXTINCTION, Legal, SIGMA_DEG};
+use whitefurnace::parameter::{ETA, EXTINCTION, GGX_ALPHA, Legal, SIGMA_DEG};
 use whitefurnace::spectrum::Spectrum;
 
 /// The largest number below 1 that a uniform stream draws.
@@ -158,6 +159,31 @@ fn is_measured(model: &Model) -> bool {
     matches!(model, Model::HalfAngle(_) | Model::Irregular(_)) || model.parts().into_iter().any(is_measured)
 }
 
+/// Rough interfaces; indices that are as good as equal are refused, and 1.5 takes the place of one.
+fn rough_dielectric(modes: Vec<Transport>) -> BoxedStrategy<Model> {
+    let shares = (spectrum(share()), spectrum(share()));
+    let facets = (
+        select(vec![Family::Ggx, Family::Beckmann]),
+        parameter(GGX_ALPHA),
+        select(MASKED[1..].to_vec()),
+    );
+    (shares, facets, index(), index(), select(modes))
+        .prop_map(|((r, t), (family, alpha, masking), eta_a, eta_b, transport)| {
+            let lobe = family.with(alpha).unwrap();
+            let made = |eta_b| {
+                let media = Media {
+                    eta_a,
+                    eta_b,
+                    transport,
+                };
+                RoughDielectric::new(r, t, lobe, masking, media)
+            };
+            let other = if eta_a > 1.2 { 1.0 } else { 1.5 };
+            Model::RoughDielectric(made(eta_b).or_else(|_| made(other)).unwrap())
+        })
+        .boxed()
+}
+
 /// Every model that is not made of others.
 fn leaf() -> BoxedStrategy<Subject> {
     let transport = || select(vec![Transport::Radiance, Transport::Importance]);
@@ -175,6 +201,7 @@ fn leaf() -> BoxedStrategy<Subject> {
             .prop_map(|(t, a, b, mode)| Model::SpecularTransmission(SpecularTransmission::new(t, a, b, mode).unwrap())),
         1 => (reflectance(), reflectance(), index(), index(), transport())
             .prop_map(|(r, t, a, b, mode)| Model::FresnelSpecular(FresnelSpecular::new(r, t, a, b, mode).unwrap())),
+        2 => rough_dielectric(vec![Transport::Radiance, Transport::Importance]),
         1 => Just(()).prop_map(|()| Model::HalfAngle(TABLE.clone())),
         1 => Just(()).prop_map(|()| Model::Irregular(SAMPLES.clone())),
     ]
@@ -235,7 +262,9 @@ pub(crate) fn conserving() -> BoxedStrategy<Subject> {
     let smooth = (spectrum(share()), spectrum(share()), index(), index()).prop_map(|(r, t, a, b)| {
         Model::FresnelSpecular(FresnelSpecular::new(r, t, a, b, Transport::Importance).unwrap())
     });
-    let single = || prop_oneof![4 => lobes(), 1 => specular(), 1 => smooth.clone()].prop_map(Subject);
+    let rough = rough_dielectric(vec![Transport::Importance]);
+    let single =
+        || prop_oneof![4 => lobes(), 1 => specular(), 1 => smooth.clone(), 1 => rough.clone()].prop_map(Subject);
     prop_oneof![
         4 => single(),
         1 => single().prop_map(|s| Subject(Model::BrdfToBtdf(Box::new(BrdfToBtdf::new(s.0))))),

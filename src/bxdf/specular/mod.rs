@@ -61,14 +61,14 @@ fn polar(w: DVec3) -> Polar {
 
 /// The surface between two dielectrics, medium a above it and medium b below. A direction at the horizon counts as above.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Interface {
-    eta_a: f64,
-    eta_b: f64,
-    transport: Transport,
+pub(super) struct Interface {
+    pub(super) eta_a: f64,
+    pub(super) eta_b: f64,
+    pub(super) transport: Transport,
 }
 
 impl Interface {
-    fn new(eta_a: f64, eta_b: f64, transport: Transport) -> Result<Self, ParameterError> {
+    pub(super) fn new(eta_a: f64, eta_b: f64, transport: Transport) -> Result<Self, ParameterError> {
         Ok(Self {
             eta_a: ETA_A.check(eta_a)?,
             eta_b: ETA_B.check(eta_b)?,
@@ -77,7 +77,7 @@ impl Interface {
     }
 
     /// The same with importance transport.
-    fn accounted(self) -> Self {
+    pub(super) fn accounted(self) -> Self {
         Self {
             transport: Transport::Importance,
             ..self
@@ -85,7 +85,7 @@ impl Interface {
     }
 
     /// Index of the far side over that of the side of `wo`, in [1e-4, 1e4].
-    fn relative_eta(&self, wo: DVec3) -> f64 {
+    pub(super) fn relative_eta(&self, wo: DVec3) -> f64 {
         if wo.z < 0.0 {
             self.eta_a / self.eta_b
         } else {
@@ -117,7 +117,7 @@ impl Interface {
     }
 
     /// What transport multiplies 1 - F by: (eta_o/eta_i)^2 for radiance.
-    fn scale(&self, wo: DVec3) -> f64 {
+    pub(super) fn scale(&self, wo: DVec3) -> f64 {
         match self.transport {
             Transport::Radiance => self.relative_eta(wo).powi(-2),
             Transport::Importance => 1.0,

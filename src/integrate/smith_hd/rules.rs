@@ -9,7 +9,7 @@ pub(super) const MOST_INNER: usize = 256;
 
 /// The next Gauss-Legendre order of those in use: even numbers to 32, then eight for every factor of 2, so that few rules
 /// are ever made.
-pub(super) fn inner_order(least: usize) -> usize {
+pub(in crate::integrate) fn inner_order(least: usize) -> usize {
     let step = match least {
         0..=32 => 2,
         33..=64 => 4,
@@ -24,15 +24,15 @@ pub(super) const OUTER_STEP: usize = 2;
 pub(super) const MOST_OUTER: usize = 128;
 
 /// A Gauss-Legendre rule on [0, 1].
-pub(super) struct Legendre {
-    pub(super) nodes: Vec<f64>,
-    pub(super) weights: Vec<f64>,
+pub(in crate::integrate) struct Legendre {
+    pub(in crate::integrate) nodes: Vec<f64>,
+    pub(in crate::integrate) weights: Vec<f64>,
     /// sqrt(2 k + 1) w P_k(node) for k = n - 1 and n - 2: the last coefficients that the rule resolves.
-    pub(super) last: [Vec<f64>; 2],
+    pub(in crate::integrate) last: [Vec<f64>; 2],
 }
 
 /// The rule of `n` nodes, an even number up to [`MOST_INNER`].
-pub(super) fn legendre(n: usize) -> &'static Legendre {
+pub(in crate::integrate) fn legendre(n: usize) -> &'static Legendre {
     static RULES: [OnceLock<Legendre>; MOST_INNER / 2] = [const { OnceLock::new() }; MOST_INNER / 2];
     RULES[n / 2 - 1].get_or_init(|| Legendre::new(n))
 }

@@ -255,7 +255,14 @@ impl<'n, 'd> Reader<'n, 'd> {
                     .add(&at.place, &format!("needs {VOLUME}, which this material does not have"));
             }
         }
-        read.volume = extension(VOLUME).is_some();
+        if let Some(at) = extension(VOLUME) {
+            read.volume = true;
+            // a wrong one is reported where the volume is read
+            let thickness = at
+                .get("thicknessFactor")
+                .map(|at| at.number(from("thicknessFactor", 0.0)));
+            read.thick = matches!(thickness, Some(Ok(thickness)) if thickness > 0.0);
+        }
         Ok(read)
     }
 

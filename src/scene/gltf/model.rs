@@ -14,13 +14,16 @@
 //!   leaves 1 - max(colour) E(mu) to what lies below; KHR_materials_clearcoat is its factor times a lobe with r0 = 0.04, and
 //!   leaves 1 - factor F(mu). Both depend on the direction of sight alone, as in the simpler form of the extensions. F of the
 //!   coat itself is that of its facets, and not that of the surface, which rough coats would reflect too much by.
-//! - What is transmitted passes a smooth interface. Where the surface is rough there is no table for it, and the model has
-//!   what it reflects.
+//! - What is transmitted passes a smooth interface, or, where the surface is rough and `KHR_materials_volume` gives it a thickness,
+//!   a rough one: reflection and refraction with the exact Fresnel term of the index.
+//! - A rough surface without thickness is a thin wall, whose transmitted lobe the extension defines as the mirror image of the
+//!   reflected one under 1 - F. No model here has that factor; the albedo is the one for F = 1 less that of the reflected lobe,
+//!   which the pair of tables of r0 = 0 and r0 = 1 tells: (1 - r0) (G - R). The model has what it reflects.
 
 use super::surface::{Base, Dielectric, Factor, Layers, MetallicRoughness, SpecularGlossiness, Surface};
 use super::vocabulary::{CLEARCOAT, SHEEN, SPECULAR, SPECULAR_GLOSSINESS};
 use super::words::{Made, property};
-use crate::bxdf::{Coupling, FresnelSpecular, Lambertian, SpecularReflection, Transport, Veil};
+use crate::bxdf::{Coupling, FresnelSpecular, LEAST_BEND, Lambertian, Media, SpecularReflection, Transport, Veil};
 use crate::distribution::{Anisotropic, Elliptic, Family};
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
@@ -173,13 +176,26 @@ fn transmitting(
 ) -> Result<ModelSpec, ParameterError> {
     let scale = dielectric.specular.value;
     let r0 = normal_reflectance(dielectric);
-    if finish.is_some() {
-        made.gap(
-            Effect::Transmission.name(),
-            "light that passes a rough surface has no table: those of the material hold what it reflects",
-        );
-        return Ok(scaled(reflection(finish, r0)?, scale));
-    }
+    let facets = match finish {
+        None => None,
+        Some(DistributionSpec::Isotropic { family, roughness }) if dielectric.thick => Some((*family, *roughness)),
+        Some(_) => {
+            made.gap(
+                Effect::Transmission.name(),
+                match dielectric.thick {
+                    false => {
+                        "a rough surface without thickness lets light through as a mirror image of what it reflects, with 1 - F in \
+                         the place of F: of channels R and G of the table of what it reflects, (1 - r0) (G - R)"
+                    }
+                    true => {
+                        "light that is refracted by a surface with two roughnesses has no table: those of the material hold what \
+                         it reflects"
+                    }
+                },
+            );
+            return Ok(scaled(reflection(finish, r0)?, scale));
+        }
+    };
     if ETA_B.check(dielectric.ior).is_err() {
         made.gap(
             Effect::Transmission.name(),
@@ -198,13 +214,25 @@ fn transmitting(
             "the tables of a transmitting surface have the Fresnel term of its index of refraction, unscaled",
         );
     }
-    let glass = FresnelSpecular::new(
-        Spectrum::grey(1.0),
-        Spectrum::rgb(metal.colour),
-        1.0,
-        dielectric.ior,
-        Transport::Importance,
-    )?;
+    let tint = Spectrum::rgb(metal.colour);
+    // an index of 1 bends nothing, however rough
+    if let Some((family, roughness)) = facets
+        && (dielectric.ior - 1.0).abs() >= LEAST_BEND
+    {
+        return Ok(ModelSpec::RoughDielectric {
+            reflectance: Spectrum::grey(1.0),
+            transmittance: tint,
+            family,
+            roughness,
+            masking: Masking::SmithCorrelated,
+            media: Media {
+                eta_a: 1.0,
+                eta_b: dielectric.ior,
+                transport: Transport::Importance,
+            },
+        });
+    }
+    let glass = FresnelSpecular::new(Spectrum::grey(1.0), tint, 1.0, dielectric.ior, Transport::Importance)?;
     Ok(ModelSpec::FresnelSpecular(glass))
 }
 

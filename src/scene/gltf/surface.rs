@@ -54,6 +54,8 @@ pub(super) struct Dielectric {
     pub(super) specular_colour: [f64; 3],
     pub(super) transmission: Factor,
     pub(super) volume: bool,
+    /// Whether that volume has a thickness: without one the surface is a thin wall, which does not refract.
+    pub(super) thick: bool,
     pub(super) dispersion: f64,
 }
 
@@ -114,6 +116,7 @@ impl Default for Dielectric {
             specular_colour: [1.0; 3],
             transmission: Factor::default(0.0),
             volume: false,
+            thick: false,
             dispersion: 0.0,
         }
     }

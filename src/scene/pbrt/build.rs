@@ -303,14 +303,13 @@ impl<'a> Build<'a> {
         }
     }
 
-    /// That light passes a rough surface, which no model here does.
+    /// That light passes a surface with two roughnesses, which no model here does.
     pub(super) fn rough_transmission(&mut self) {
         let by = format!("{}, rough", self.statement.label());
         self.call(Effect::Transmission, by);
         self.gap(
             Effect::Transmission.name(),
-            "rough transmission has no table yet: light that passes the rough surface is left out, and what it reflects is \
-             covered",
+            "light that is refracted by a surface with two roughnesses is left out: what it reflects is covered",
         );
     }
 

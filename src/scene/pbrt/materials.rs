@@ -7,8 +7,11 @@ use super::build::{Build, Colour, Outcome, is_coloured, merged, spectrum};
 use super::definitions::Definition;
 use super::textures::Range;
 use super::tokens::quote;
-use crate::bxdf::{FresnelSpecular, Lambertian, OrenNayar, SpecularReflection, SpecularTransmission, Transport};
+use crate::bxdf::{
+    FresnelSpecular, LEAST_BEND, Lambertian, Media, OrenNayar, SpecularReflection, SpecularTransmission, Transport,
+};
 use crate::fresnel::Fresnel;
+use crate::masking::Masking;
 use crate::measured::index::ConductorIndex;
 use crate::parameter::{ETA, EXTINCTION, Legal, Number, SIGMA_DEG};
 use crate::scene::effect::{Effect, Gap};
@@ -197,13 +200,37 @@ fn glass(mut build: Build<'_>) -> Result<Outcome, SceneError> {
         let glass = ModelSpec::FresnelSpecular(glass.map_err(build.refused())?);
         return Ok(build.done(vec![glass]));
     }
-    if kt != DVec3::ZERO {
-        build.rough_transmission();
+    if (eta - 1.0).abs() < LEAST_BEND {
+        // what bends nothing is not rough
+        let clear = FresnelSpecular::new(spectrum(kr), spectrum(kt), 1.0, eta, Transport::Importance);
+        let clear = ModelSpec::FresnelSpecular(clear.map_err(build.refused())?);
+        return Ok(build.done(vec![clear]));
     }
+    let distribution = elliptic(&mut build, 0.0, false)?;
     let mut parts = Vec::new();
-    if kr != DVec3::ZERO {
-        let distribution = elliptic(&mut build, 0.0, false)?;
-        parts.push(Build::microfacet(kr, distribution, build.dielectric(eta)?));
+    match distribution {
+        DistributionSpec::Isotropic { family, roughness } if kt != DVec3::ZERO => {
+            parts.push(ModelSpec::RoughDielectric {
+                reflectance: spectrum(kr),
+                transmittance: spectrum(kt),
+                family,
+                roughness,
+                masking: Masking::SmithCorrelated,
+                media: Media {
+                    eta_a: 1.0,
+                    eta_b: eta,
+                    transport: Transport::Importance,
+                },
+            });
+        }
+        _ => {
+            if kt != DVec3::ZERO {
+                build.rough_transmission();
+            }
+            if kr != DVec3::ZERO {
+                parts.push(Build::microfacet(kr, distribution, build.dielectric(eta)?));
+            }
+        }
     }
     Ok(build.done(parts))
 }
@@ -375,10 +402,15 @@ fn count(model: &ModelSpec) -> usize {
 fn one_range(lobes: &mut [ModelSpec], gaps: &mut Vec<Gap>) {
     fn each(model: &mut ModelSpec, seen: &mut bool, gaps: &mut Vec<Gap>) {
         match model {
-            ModelSpec::Microfacet { distribution, .. } | ModelSpec::FresnelBlend { distribution, .. } => {
-                let DistributionSpec::Isotropic { roughness, .. } = distribution else {
-                    return;
-                };
+            ModelSpec::Microfacet {
+                distribution: DistributionSpec::Isotropic { roughness, .. },
+                ..
+            }
+            | ModelSpec::FresnelBlend {
+                distribution: DistributionSpec::Isotropic { roughness, .. },
+                ..
+            }
+            | ModelSpec::RoughDielectric { roughness, .. } => {
                 let Roughness::Range { max, .. } = *roughness else {
                     return;
                 };

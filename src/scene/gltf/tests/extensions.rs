@@ -50,6 +50,23 @@ fn transmission_takes_the_place_of_the_base() {
         (vec!["transmission"], vec!["transmission"])
     );
     assert!(matches!(rough.model, ModelSpec::Microfacet { .. }));
+    // a thin wall, until a volume gives it a thickness
+    let through = ("transmission", "\"transmissionFactor\":1");
+    let flat = surface(PLASTIC, &[through, ("volume", "\"thicknessFactor\":0")]);
+    assert_eq!((gaps(&flat), &flat.model), (vec!["transmission"], &rough.model));
+    let solid = surface(PLASTIC, &[through, ("volume", "\"thicknessFactor\":0.1")]);
+    assert_eq!((effects(&solid), gaps(&solid)), (vec!["transmission"], vec![]));
+    assert!(
+        facts(&solid).starts_with("type=rough-dielectric reflectance=1 transmittance="),
+        "{}",
+        facts(&solid)
+    );
+    assert!(facts(&solid).contains("masking=smith-correlated eta_a=1 eta_b=1.5 transport=importance"));
+    let matched = surface(
+        PLASTIC,
+        &[through, ("volume", "\"thicknessFactor\":1"), ("ior", "\"ior\":1")],
+    );
+    assert!(matches!(matched.model, ModelSpec::FresnelSpecular(_)));
     let dense = surface(
         SMOOTH,
         &[("transmission", "\"transmissionFactor\":1"), ("ior", "\"ior\":200")],

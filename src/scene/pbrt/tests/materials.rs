@@ -1,7 +1,7 @@
 //! Each material as the model that it comes to.
 
 use super::{effects, gaps, one, read, refused};
-use crate::bxdf::{FresnelSpecular, Lambertian, OrenNayar, SpecularReflection, SpecularTransmission, Transport};
+use crate::bxdf::{FresnelSpecular, Lambertian, Media, OrenNayar, SpecularReflection, SpecularTransmission, Transport};
 use crate::distribution::{Anisotropic, Elliptic, Family};
 use crate::fresnel::Fresnel;
 use crate::masking::Masking;
@@ -147,7 +147,7 @@ fn metal() {
 }
 
 #[test]
-fn glass_is_smooth_or_half_of_it_is_missing() {
+fn glass_is_smooth_or_rough() {
     let smooth = |r: f64, t: f64, eta: f64| {
         let glass = FresnelSpecular::new(grey(r), grey(t), 1.0, eta, Transport::Importance);
         ModelSpec::FresnelSpecular(glass.unwrap())
@@ -165,10 +165,29 @@ fn glass_is_smooth_or_half_of_it_is_missing() {
     assert_eq!(material.model, smooth(0.5, 0.0, 2.0));
     assert_eq!(effects(&material), [Effect::Dielectric]);
     let rough = one("Material \"glass\" \"float uroughness\" .1 \"float vroughness\" .1 \"rgb Kr\" [.5 .5 .5]");
-    assert_eq!(rough.model, coat(0.5, remapped(0.1)));
-    assert_eq!(effects(&rough), [Effect::Dielectric, Effect::Transmission]);
-    assert_eq!(gaps(&rough), ["transmission"]);
-    assert!(rough.gaps[0].why.contains("rough transmission has no table yet"));
+    let facets = |alpha| ModelSpec::RoughDielectric {
+        reflectance: grey(0.5),
+        transmittance: grey(1.0),
+        family: Family::Ggx,
+        roughness: Roughness::Fixed(alpha),
+        masking: Masking::SmithCorrelated,
+        media: Media {
+            eta_a: 1.0,
+            eta_b: 1.5,
+            transport: Transport::Importance,
+        },
+    };
+    assert_eq!(rough.model, facets(remapped(0.1)));
+    assert_eq!(effects(&rough), [Effect::Transmission]);
+    assert!(rough.gaps.is_empty());
+    let plain = one(
+        "Material \"glass\" \"float uroughness\" .1 \"float vroughness\" .1 \"rgb Kr\" [.5 .5 .5] \"bool remaproughness\" \"false\"",
+    );
+    assert_eq!(plain.model, facets(0.1));
+    // two roughnesses are half of it
+    let half = one("Material \"glass\" \"float uroughness\" .1");
+    assert_eq!(gaps(&half), ["transmission"]);
+    assert!(half.gaps[0].why.contains("two roughnesses"));
     // of two roughnesses one alone is rough, too
     let rough = one("Material \"glass\" \"float uroughness\" .1 \"rgb Kt\" [0 0 0]");
     let pair = Anisotropic::new(Elliptic::Ggx, remapped(0.1), remapped(0.0)).unwrap();
