@@ -4,6 +4,7 @@
 
 mod attributes;
 pub mod exr;
+pub mod formats;
 pub mod manifest;
 pub mod read;
 pub mod store;
