@@ -6,7 +6,9 @@
 use super::texels::{padded, padded_channels};
 use crate::table::Storage;
 use crate::table::texture::Texture;
-use ddsfile::{AlphaMode, Caps, Caps2, D3D10ResourceDimension, Dds, DxgiFormat, HeaderFlags, NewDxgiParams};
+use ddsfile::{
+    AlphaMode, Caps, Caps2, D3D10ResourceDimension, Dds, DxgiFormat, HeaderFlags, NewDxgiParams, PixelFormatFlags,
+};
 
 /// Where the flags are: behind magic number and size.
 const FLAGS: usize = 8;
@@ -37,6 +39,9 @@ pub(super) fn encode(texture: &Texture) -> Result<Vec<u8>, String> {
         },
     })
     .map_err(|error| error.to_string())?;
+    // as Direct3D's own tools write it: the number in the second header says everything, and bits per pixel nothing
+    dds.header.spf.flags = PixelFormatFlags::FOURCC;
+    dds.header.spf.rgb_bit_count = None;
     dds.data = padded(texture);
     if is_volume {
         dds.header.caps |= Caps::COMPLEX;

@@ -3,6 +3,7 @@
 //! All of them say the same facts, those of [`facts`], in whatever way the format has: key/value data, text chunks, attributes,
 //! comments. Only DDS has no room for any. Bytes depend on the texture alone.
 
+pub mod beside;
 pub mod facts;
 
 mod dds;
@@ -75,6 +76,14 @@ pub enum FormatError {
         "texture {0:?}: the name is not allowed: it begins with a letter, a digit or '_', and goes on with those, '.' and '-'"
     )]
     Name(String),
+    /// A name that another file of the same directory has.
+    #[error("texture {id}: its file {file} would replace another of that name: choose another format, or another name")]
+    Taken {
+        /// The texture.
+        id: String,
+        /// The contested name.
+        file: String,
+    },
     /// A texture that the format cannot hold for another reason.
     #[error("texture {id} as {format}: {reason}", format = format.name())]
     Encode {
