@@ -1,5 +1,5 @@
 """Reads every .dds file of a directory by the layout that Microsoft documents (DDS_HEADER, DDS_HEADER_DXT10) and compares with the
-.expected beside it. Readers at hand take few of the formats; what OpenImageIO takes is compared as well."""
+.expected beside it. Libraries at hand, Pillow and OpenImageIO, know next to none of these numbers of DXGI formats."""
 
 import json
 import struct
@@ -49,20 +49,4 @@ for path in sorted(Path(sys.argv[1]).glob("*.dds")):
         values = np.concatenate([values, np.ones((len(values), 1))], axis=1)
     assert np.array_equal(found.reshape(-1, stored), values), path
     count += 1
-
-try:
-    import OpenImageIO as oiio
-except ImportError:
-    oiio = None
-read = 0
-for path in sorted(Path(sys.argv[1]).glob("*.dds")) if oiio else []:
-    expected = json.loads(path.with_suffix(".expected").read_text())
-    image = oiio.ImageInput.open(str(path))
-    if image is None:
-        continue
-    width, height, depth = expected["size"]
-    spec = image.spec()
-    assert (spec.width, spec.height) == (width, height), path
-    read += 1
-print(f"OpenImageIO opened {read}", file=sys.stderr)
 print(f"{count} textures")
