@@ -24,7 +24,7 @@ fn places(texture: &Texture) -> Vec<Vec<f64>> {
     let value = |i: usize, k: usize| ((i * (k + 3)) as f64 * 0.754_877_666_246_693).fract();
     let place = |i: usize| {
         let axes = texture.axes.iter().enumerate();
-        axes.map(|(k, axis)| axis.axis.value(value(i, k)) * if i % 7 == 0 { 1.25 } else { 1.0 })
+        axes.map(|(k, axis)| axis.axis.value(value(i, k)) * if i.is_multiple_of(7) { 1.25 } else { 1.0 })
             .collect()
     };
     (0..60).map(place).collect()
@@ -51,7 +51,7 @@ fn compare(textures: &[Texture], out: &str) {
     assert_eq!(found.next(), None);
 }
 
-/// `text` of every texture as the file that `named` says, and `main` with a call for each place.
+/// A place as the arguments of a call.
 fn arguments(place: &[f64]) -> String {
     place
         .iter()
