@@ -1,7 +1,9 @@
 //! `furnace bake`
 
 mod findings;
+mod formats;
 mod interruption;
+mod profile;
 mod progress;
 mod report;
 
@@ -15,6 +17,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
+use whitefurnace::engine::Profile;
+use whitefurnace::export::formats::Format;
 use whitefurnace::export::manifest::{Manifest, TableEntry};
 use whitefurnace::export::store::{CACHE, Lookup, Store, file_name, key};
 use whitefurnace::export::{exr, sha256_hex};
@@ -34,6 +38,10 @@ anywhere between texels. Without --tolerance the tables have 64, 32 and 16 texel
 1e-6. With --tolerance T axes, sizes and texel errors are chosen so that the lookup error is at most T at least bytes; sizes \
 that are given stay as given.
 
+With --format each table is written in further formats too, as <table>.ktx2, .dds, .png, .bin and .json (raw), .h (c), .rs (rust), \
+.glsl, .hlsl and .wgsl, rounded to the --storage; manifest.json lists them with the lookup error that each has then. The EXR is \
+always there: it alone holds the error of every texel.
+
 Finished tables are kept in DIR/.furnace; when all are finished they take their names at once, and the tables of an earlier \
 bake stay whole until then. Interrupted in any way, the same command goes on with what is finished and ends with the same \
 bytes. A table of the same model, settings and version is never computed twice, whatever its material is called: DIR/.furnace \
@@ -42,6 +50,10 @@ keeps those of earlier bakes too, those used last and 256 MiB at most, beside th
 Examples:
   furnace bake scene.toml --out tables
   furnace bake --tolerance 1e-3
+  furnace bake --format ktx2,wgsl --tolerance 1e-3
+  furnace bake --format png,raw --storage unorm16
+  furnace bake --profile three
+  furnace bake scene.gltf --profile filament-multiscatter --format ktx2
   furnace bake --resolution 256 --tolerance 1e-4
   furnace bake --estimator mc-visible --samples 100000 --seed 1")]
 pub(super) struct Bake {
@@ -49,7 +61,13 @@ pub(super) struct Bake {
     common: Common,
     #[command(flatten)]
     shape: Shape,
-    /// Directory for the tables; outputs/<scene> by default.
+    #[command(flatten)]
+    formats: formats::Formats,
+    /// Write the tables of an engine in its layout instead of those of the materials: generic, filament, filament-multiscatter, three,
+    /// bevy, godot, gltf, unity-hdrp, unreal, materialx, cycles, openpbr. With a SCENE, those only that it calls for.
+    #[arg(long, value_name = "NAME", value_parser = profile::parse_profile)]
+    profile: Option<Profile>,
+    /// Directory for the tables; outputs/<scene> or outputs/<profile> by default.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Compute every table, also those that were computed before, and keep none in DIR/.furnace.
@@ -69,7 +87,11 @@ struct Baked {
 
 impl Bake {
     pub(super) fn run(&self) -> Result<(), Failure> {
+        if let Some(profile) = self.profile {
+            return self.profile(profile);
+        }
         let start = Instant::now();
+        let formats = self.formats.wanted()?;
         let scene = self.common.load()?;
         let wish = self.common.wish(&self.shape)?;
         let plan = Plan::new(&scene, &self.common.request(&self.shape)?)?;
@@ -83,7 +105,7 @@ impl Bake {
         interruption::tell_what_is_kept(&store, plan.tables.len());
         let (baked, manifest) = self
             .common
-            .in_pool(|| self.bake(&plan, wish, &store))
+            .in_pool(|| self.bake(&plan, wish, &formats, &store))
             .map_err(|failure| kept_for_later(&store, failure))?;
         let findings = findings::findings(&plan, store.directory(), &manifest)?;
         let seconds = start.elapsed().as_secs_f64();
@@ -102,7 +124,13 @@ impl Bake {
         Ok(())
     }
 
-    fn bake(&self, plan: &Plan, wish: Option<Wish>, store: &Store) -> Result<(Vec<Baked>, Manifest), Failure> {
+    fn bake(
+        &self,
+        plan: &Plan,
+        wish: Option<Wish>,
+        formats: &[(Format, Storage)],
+        store: &Store,
+    ) -> Result<(Vec<Baked>, Manifest), Failure> {
         let keys: Vec<String> = plan
             .tables
             .iter()
@@ -130,7 +158,8 @@ impl Bake {
             }
         }
         progress.end();
-        let baked: Vec<Baked> = baked.into_iter().flatten().collect();
+        let mut baked: Vec<Baked> = baked.into_iter().flatten().collect();
+        formats::put_aside(store, &keys, &mut baked, formats)?;
         let entries: Vec<TableEntry> = baked.iter().map(|baked| baked.entry.clone()).collect();
         let ids = plan.tables.iter().map(|table| table.id.clone());
         let requests: BTreeMap<String, String> = ids.zip(keys).collect();

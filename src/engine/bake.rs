@@ -1,11 +1,11 @@
 //! A sheet computed, fitted, rounded, and measured.
 
-use super::fit::{Problem, Score, fit};
+use super::fit::{Fitted, Problem, fit};
 use super::grid::{Grid, Places};
 use super::mean::means;
 use super::measure::measured;
 use super::round::{Code, round};
-use super::sheet::{Along, Parameter, Sheet, Term};
+use super::sheet::{Along, Sheet, Term};
 use super::truth::{Quantity, TruthError};
 use crate::table::axis::AxisError;
 use crate::table::texture::{Channel, Texture, TextureAxis, TextureError};
@@ -13,14 +13,14 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use thiserror::Error;
 
-/// Places along each axis at which lookups are fitted, about: of few texels many a cell, of many a few.
+/// Places along each axis of two at which lookups are fitted, about: of few texels many a cell, of many a few.
 const PLACES: usize = 256;
+
+/// Places along each axis of two at which lookups are measured: not those of the fit.
+const PROBES: usize = 337;
 
 /// The stretch of values that an end of the domain stands for in a fit: enough to be heard.
 const END: f64 = 1e-3;
-
-/// Places along each axis at which lookups are measured: not those of the fit.
-const PROBES: usize = 337;
 
 /// r0 of the dielectric whose albedo is measured beside that of r0 = 1: 0.04, glass and plastic.
 pub const DIELECTRIC_R0: f64 = 0.04;
@@ -48,12 +48,10 @@ pub enum SheetError {
     #[error(transparent)]
     Texture(#[from] TextureError),
     /// A mean of a table that is not there.
-    #[error("{sheet}: {reason}")]
+    #[error("{sheet}: no table before it has the axes of this one and mu")]
     Mean {
         /// The sheet.
         sheet: &'static str,
-        /// What is missing.
-        reason: &'static str,
     },
 }
 
@@ -69,8 +67,8 @@ pub enum Texels {
     Sampled,
 }
 
-/// The texture of `sheet`. `earlier` are the textures of the same profile that come before: means are those of what lookups in the
-/// last of them read. `done` hears of every integral that is computed; see [`work`].
+/// The texture of `sheet`. `earlier` are those of the same profile that come before: means are of what lookups in one of them read.
+/// `done` hears of every integral that is computed; see [`work`].
 ///
 /// # Errors
 /// [`SheetError`]
@@ -80,51 +78,62 @@ pub fn bake(
     earlier: &[(&Sheet, &Texture)],
     done: &(dyn Fn(u64) + Sync),
 ) -> Result<Texture, SheetError> {
-    let axes = axes(sheet)?;
-    let mut texture = Texture {
-        id: sheet.name.into(),
-        channels: sheet.channels.iter().map(|term| channel(*term)).collect(),
-        storage: sheet.storage,
-        values: Vec::new(),
-        errors: Vec::new(),
-        facts: facts(sheet, texels),
-        axes,
+    let axis = |along: &Along| {
+        along.axis().map_err(|source| SheetError::Axis {
+            sheet: sheet.name,
+            source,
+        })
     };
-    let columns = match sheet.axes.iter().any(|along| along.parameter == Parameter::Mu) {
-        true => columns(sheet, &texture.axes, texels, done)?,
-        false => means(sheet, &texture.axes, earlier)?,
+    let axes: Vec<TextureAxis> = sheet.axes.iter().map(axis).collect::<Result<_, _>>()?;
+    let columns = match sheet.is_mean() {
+        true => means(sheet, &axes, earlier)?,
+        false => columns(sheet, &axes, texels, done)?,
     };
     let count = columns.first().map_or(0, Vec::len);
-    texture.values = (0..count)
-        .flat_map(|texel| columns.iter().map(move |column| column[texel]))
-        .collect();
+    let values = (0..count).flat_map(|texel| columns.iter().map(move |column| column[texel]));
+    let texture = Texture {
+        id: sheet.name.into(),
+        values: values.collect(),
+        axes,
+        channels: sheet.channels.iter().map(|term| channel(*term)).collect(),
+        storage: sheet.storage,
+        errors: Vec::new(),
+        facts: facts(sheet, texels),
+    };
     let mut texture = texture.rounded()?;
-    if sheet.axes.iter().any(|along| along.parameter == Parameter::Mu) {
-        texture.errors = measured(sheet, &texture, &|size| per_cell(size, PROBES), done)?;
+    if !sheet.is_mean() {
+        texture.errors = measured(sheet, &texture, done)?;
     }
     Ok(texture)
 }
 
-/// Number of integrals that [`bake`] computes.
+/// Number of places at which [`bake`] computes integrals.
 pub fn work(sheet: &Sheet) -> u64 {
-    let count = |along: &Along, places: usize| per_cell(along.size, places) * (along.size + 1) + 3;
-    let all = |places: usize| sheet.axes.iter().map(|along| count(along, places)).product::<usize>() as u64;
-    all(PLACES) + all(PROBES)
-}
-
-fn per_cell(size: usize, places: usize) -> usize {
-    places.div_ceil(size).max(3)
-}
-
-fn axes(sheet: &Sheet) -> Result<Vec<TextureAxis>, SheetError> {
-    let sheet_name = sheet.name;
-    let axis = |along: &Along| {
-        along.axis().map_err(|source| SheetError::Axis {
-            sheet: sheet_name,
-            source,
-        })
+    if sheet.is_mean() {
+        return 0;
+    }
+    let all = |per_cell: &dyn Fn(usize) -> usize| -> u64 {
+        let count = |along: &Along| per_cell(along.size) * (along.size + 1) + 3;
+        sheet.axes.iter().map(count).product::<usize>() as u64
     };
-    sheet.axes.iter().map(axis).collect()
+    all(&|size| fit_places(sheet, size)) + all(&|size| probes(sheet, size))
+}
+
+/// Parts of a cell whose borders are places of the fit.
+fn fit_places(sheet: &Sheet, size: usize) -> usize {
+    match sheet.axes.len() {
+        // texels and midpoints: more would take minutes
+        3 => 2,
+        _ => PLACES.div_ceil(size).max(3),
+    }
+}
+
+/// Places of a cell at which lookups are measured.
+pub(super) fn probes(sheet: &Sheet, size: usize) -> usize {
+    match sheet.axes.len() {
+        3 => 3,
+        _ => PROBES.div_ceil(size).max(3),
+    }
 }
 
 fn channel(term: Term) -> Channel {
@@ -135,48 +144,47 @@ fn channel(term: Term) -> Channel {
 }
 
 fn facts(sheet: &Sheet, texels: Texels) -> Vec<(String, String)> {
+    let how = match texels {
+        Texels::Fitted => "fitted so that interpolated values come nearest to the truth",
+        Texels::Sampled => "the truth at the place of each texel",
+    };
     [
         ("purpose", sheet.purpose),
         ("distribution", sheet.lobe.family.name()),
         ("masking", sheet.lobe.masking.name()),
-        (
-            "texels",
-            match texels {
-                Texels::Fitted => "fitted so that interpolated values come nearest to the truth",
-                Texels::Sampled => "the truth at the place of each texel",
-            },
-        ),
+        ("texels", how),
     ]
     .map(|(name, value)| (name.to_owned(), value.to_owned()))
     .into()
 }
 
-/// B and E at every place of `grid`.
+/// The quantities of a sheet at every place of `grid`.
 pub(super) fn truths(sheet: &Sheet, grid: &Grid, done: &(dyn Fn(u64) + Sync)) -> Result<Truths, SheetError> {
-    let pairs: Result<Vec<[f64; 2]>, TruthError> = (0..grid.len())
-        .into_par_iter()
-        .map(|index| {
-            let pair = sheet.lobe.pair(sheet.place(&grid.values(index)));
-            done(1);
-            pair
-        })
-        .collect();
-    let pairs = pairs.map_err(|source| SheetError::Truth {
+    let quantities = sheet.quantities();
+    let at = |index: usize| {
+        let values = sheet.lobe.values(&quantities, sheet.place(&grid.values(index)));
+        done(1);
+        values
+    };
+    let all: Result<Vec<Vec<f64>>, TruthError> = (0..grid.len()).into_par_iter().map(at).collect();
+    let all = all.map_err(|source| SheetError::Truth {
         sheet: sheet.name,
         source,
     })?;
-    Ok(BTreeMap::from([
-        (Quantity::Bias, pairs.iter().map(|pair| pair[0]).collect()),
-        (Quantity::Total, pairs.iter().map(|pair| pair[1]).collect()),
-    ]))
+    let column = |(k, quantity): (usize, &Quantity)| (*quantity, all.iter().map(|values| values[k]).collect());
+    Ok(quantities.iter().enumerate().map(column).collect())
 }
 
-/// What errors of a quantity are relative to: E, and for B the albedo of a dielectric.
+/// What errors of a quantity are divided by in a fit: E and the share of an interface by themselves, B by the albedo of a dielectric, and
+/// the rest by 1.
 fn unit(quantity: Quantity, truths: &Truths) -> Vec<f64> {
-    let [bias, total] = [Quantity::Bias, Quantity::Total].map(|quantity| &truths[&quantity]);
     match quantity {
-        Quantity::Total => total.clone(),
-        Quantity::Bias => bias.iter().zip(total).map(|(b, e)| dielectric(*b, *e)).collect(),
+        Quantity::Total | Quantity::Interface => truths[&quantity].clone(),
+        Quantity::Bias => {
+            let pairs = truths[&Quantity::Bias].iter().zip(&truths[&Quantity::Total]);
+            pairs.map(|(bias, total)| dielectric(*bias, *total)).collect()
+        }
+        _ => vec![1.0; truths[&quantity].len()],
     }
 }
 
@@ -185,64 +193,72 @@ pub(super) fn dielectric(bias: f64, total: f64) -> f64 {
     DIELECTRIC_R0 * (total - bias) + bias
 }
 
-/// Texels per channel of a sheet over mu.
+/// Texels per channel of a sheet that is no mean.
 fn columns(
     sheet: &Sheet,
     axes: &[TextureAxis],
     texels: Texels,
     done: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Vec<f64>>, SheetError> {
+    let domain = sheet.domain();
     let places = |(axis, domain): (&TextureAxis, &[f64; 2])| match texels {
-        Texels::Fitted => Places::borders(axis, per_cell(axis.axis.size, PLACES)).and_ends(axis, *domain, END),
+        Texels::Fitted => Places::borders(axis, fit_places(sheet, axis.axis.size)).and_ends(axis, *domain, END),
         Texels::Sampled => Places::texels(axis),
     };
-    let domain = sheet.domain();
     let grid = Grid::new(axes, axes.iter().zip(&domain).map(places).collect());
     let truths = truths(sheet, &grid, done)?;
-    let units = truths
+    if texels == Texels::Sampled {
+        return Ok(sampled(sheet, &truths));
+    }
+    let units: Truths = truths
         .keys()
         .map(|quantity| (*quantity, unit(*quantity, &truths)))
-        .collect::<BTreeMap<_, _>>();
+        .collect();
     let problem = |quantity: Quantity| Problem {
         grid: &grid,
         truth: &truths[&quantity],
         unit: &units[&quantity],
         domain: &domain,
+        legal: quantity.legal(),
     };
-    if texels == Texels::Sampled {
-        let value = |term: &Term, texel: usize| {
-            let sum: f64 = term
-                .parts()
-                .iter()
-                .map(|(quantity, factor)| factor * truths[quantity][texel])
-                .sum();
-            sum + if *term == Term::Loss { 1.0 } else { 0.0 }
-        };
-        let column = |term: &Term| (0..grid.texels()).map(|texel| value(term, texel)).collect();
-        return Ok(sheet.channels.iter().map(column).collect());
-    }
-    let zero = vec![0.0; grid.texels()];
-    let one = vec![1.0; grid.texels()];
     let quantities: Vec<Quantity> = truths.keys().copied().collect();
-    let fitted: BTreeMap<Quantity, (Vec<f64>, Score)> = quantities
+    let fitted: BTreeMap<Quantity, Fitted> = quantities
         .into_par_iter()
         .map(|quantity| (quantity, fit(&problem(quantity))))
         .collect();
     let stored = |quantity: Quantity, constant: &[f64], sign: f64| {
         let code = Code { constant, sign };
-        let (texels, score) = &fitted[&quantity];
-        round(&problem(quantity), (texels, *score), &code, sheet.storage)
+        round(&problem(quantity), &fitted[&quantity], &code, sheet.storage)
     };
-    let bias = stored(Quantity::Bias, &zero, 1.0);
-    let column = |term: &Term| match term {
-        Term::Bias => bias.clone(),
+    let all = |value: f64| vec![value; grid.texels()];
+    let bias = match sheet.channels.contains(&Term::Bias) {
+        true => stored(Quantity::Bias, &all(0.0), 1.0),
+        false => Vec::new(),
+    };
+    let column = |term: &Term| match (term, term.code()) {
+        (Term::Bias, _) => bias.clone(),
         // on top of B as it is stored, so that their sum is what is rounded well
-        Term::Scale => stored(Quantity::Total, &bias, 1.0),
-        Term::Total => stored(Quantity::Total, &zero, 1.0),
-        Term::Loss => stored(Quantity::Total, &one, -1.0),
-        Term::MeanTotal | Term::MeanLoss | Term::Unused => zero.clone(),
+        (Term::Scale, _) => stored(Quantity::Total, &bias, 1.0),
+        // decoded = (stored - constant)/sign, and sign is its own inverse
+        (_, Some((quantity, constant, sign))) => stored(quantity, &all(-constant * sign), sign),
+        (_, None) => all(0.0),
     };
     Ok(sheet.channels.iter().map(column).collect())
+}
+
+/// Texels that are the truth at their places.
+fn sampled(sheet: &Sheet, truths: &Truths) -> Vec<Vec<f64>> {
+    let column = |term: &Term| match (term, term.code()) {
+        (Term::Scale, _) => {
+            let pairs = truths[&Quantity::Bias].iter().zip(&truths[&Quantity::Total]);
+            pairs.map(|(bias, total)| total - bias).collect()
+        }
+        (_, Some((quantity, constant, sign))) => {
+            truths[&quantity].iter().map(|value| constant + sign * value).collect()
+        }
+        (_, None) => Vec::new(),
+    };
+    sheet.channels.iter().map(column).collect()
 }
 
 /// E as a lookup finds it among `channels`, where they tell.

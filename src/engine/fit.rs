@@ -45,6 +45,15 @@ pub(super) struct Problem<'a> {
     pub(super) unit: &'a [f64],
     /// Lower and upper value per axis of where errors count.
     pub(super) domain: &'a [[f64; 2]],
+    /// Least and largest texel.
+    pub(super) legal: [f64; 2],
+}
+
+/// Texels for linear lookups, in the order of a texture, and how far lookups are off.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fitted {
+    pub(super) texels: Vec<f64>,
+    pub(super) score: Score,
 }
 
 /// Mean and largest error over the domain.
@@ -60,8 +69,9 @@ impl Score {
     }
 }
 
-/// Texels in [0, 1] for linear lookups, in the order of a texture, before rounding; and how far lookups are off.
-pub(super) fn fit(problem: &Problem<'_>) -> (Vec<f64>, Score) {
+/// Texels before rounding.
+pub(super) fn fit(problem: &Problem<'_>) -> Fitted {
+    let [least, largest] = problem.legal;
     let count = problem.grid.len();
     let inside: Vec<bool> = (0..count)
         .map(|index| problem.grid.is_within(index, problem.domain))
@@ -79,7 +89,7 @@ pub(super) fn fit(problem: &Problem<'_>) -> (Vec<f64>, Score) {
     for _ in 0..ROUNDS {
         solve(problem, &weights, &mut texels);
         // no albedo is beyond, and what the places outside the domain ask for must not make it so
-        let legal: Vec<f64> = texels.iter().map(|texel| texel.clamp(0.0, 1.0)).collect();
+        let legal: Vec<f64> = texels.iter().map(|texel| texel.clamp(least, largest)).collect();
         let errors = errors(problem, &legal);
         let score = score(problem, &errors, &inside);
         if best.as_ref().is_none_or(|(least, _)| score.value() < least.value()) {
@@ -96,7 +106,8 @@ pub(super) fn fit(problem: &Problem<'_>) -> (Vec<f64>, Score) {
             weights[index] = base[index] * emphasis[index] * spread;
         }
     }
-    best.map_or((texels, Score::default()), |(score, texels)| (texels, score))
+    let (score, texels) = best.unwrap_or((Score::default(), texels));
+    Fitted { texels, score }
 }
 
 /// |s - t|/unit at every place.

@@ -1,50 +1,55 @@
 //! Mean albedos of what lookups in another texture read.
 //!
 //! Compensated lobes keep energy where the mean belongs to the very E that the shader sees: 1 - E_avg may be 1e-5, far less than what
-//! interpolation leaves of E. E is linear between texels along both axes, so that its mean over mu is linear between the rows: of the
-//! same roughness axis the means at the texels are those at every roughness.
+//! interpolation leaves of E. E is linear between texels along every axis, so that its mean over mu is linear between
+//! the rows: of the same other axes the means at the texels are those everywhere.
 
 use super::bake::{SheetError, total_of};
-use super::grid::borders;
+use super::grid::{Grid, Places, borders};
 use super::sheet::{Parameter, Sheet, Term};
 use crate::table::axis::{Axis, Mapping};
 use crate::table::texture::{Texture, TextureAxis};
 
-/// Texels per channel of a sheet over the roughness alone, from the last of `earlier` that tells E over mu and the same axis.
+/// Texels per channel of a sheet without mu, from the last of `earlier` that has its axes and mu.
 pub(super) fn means(
     sheet: &Sheet,
     axes: &[TextureAxis],
     earlier: &[(&Sheet, &Texture)],
 ) -> Result<Vec<Vec<f64>>, SheetError> {
-    let lacks = |reason| SheetError::Mean {
-        sheet: sheet.name,
-        reason,
-    };
-    let [roughness] = axes else {
-        return Err(lacks("a mean has one axis, of the roughness"));
-    };
-    let is_source = |(sheet, texture): &&(&Sheet, &Texture)| {
-        let is_over_mu = sheet.axes.first().is_some_and(|along| along.parameter == Parameter::Mu);
-        let has_total = total_of(&sheet.channels, texture.texel([0, 0, 0])).is_some();
-        is_over_mu && has_total && texture.axes.get(1) == Some(roughness)
+    let over_mu = |sheet: &Sheet| sheet.axes.iter().position(|along| along.parameter == Parameter::Mu);
+    let is_source = |(source, texture): &&(&Sheet, &Texture)| {
+        over_mu(source).is_some_and(|k| {
+            let mut rest = texture.axes.clone();
+            rest.remove(k);
+            rest == axes && read(source, texture.texel([0, 0, 0])).is_some()
+        })
     };
     let Some((source, texture)) = earlier.iter().rev().find(is_source) else {
-        return Err(lacks("no table before it tells E over mu and the same roughnesses"));
+        return Err(SheetError::Mean { sheet: sheet.name });
     };
-    let mean = |j: usize| -> f64 {
+    let k = over_mu(source).unwrap_or(0);
+    let grid = Grid::new(axes, axes.iter().map(Places::texels).collect());
+    let mean = |texel: usize| -> f64 {
+        let place = grid.values(texel);
         let e = |mu: f64| {
-            let read = texture.lookup(&[mu, roughness.texel(j)]);
-            total_of(&source.channels, &read).unwrap_or(f64::NAN)
+            let mut at = place.clone();
+            at.insert(k, mu);
+            read(source, &texture.lookup(&at)).unwrap_or(f64::NAN)
         };
-        mean_over(&texture.axes[0], &e)
+        mean_over(&texture.axes[k], &e)
     };
-    let totals: Vec<f64> = (0..roughness.axis.size).map(mean).collect();
+    let totals: Vec<f64> = (0..grid.len()).map(mean).collect();
     let column = |term: &Term| match term {
-        Term::MeanTotal => totals.clone(),
         Term::MeanLoss => totals.iter().map(|mean| 1.0 - mean).collect(),
-        _ => vec![0.0; totals.len()],
+        _ => totals.clone(),
     };
     Ok(sheet.channels.iter().map(column).collect())
+}
+
+/// What is averaged: E, or the share of an interface.
+fn read(sheet: &Sheet, channels: &[f64]) -> Option<f64> {
+    let interface = sheet.channels.iter().position(|term| *term == Term::Interface);
+    total_of(&sheet.channels, channels).or(interface.map(|k| channels[k]))
 }
 
 /// int_0^1 e d(mu^2) of an `e` that is linear in u between the texels of `axis`, where mu = u^k.

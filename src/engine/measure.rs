@@ -1,9 +1,9 @@
 //! How far lookups in a finished texture are off.
 
-use super::bake::{DIELECTRIC_R0, SheetError, dielectric, total_of, truths};
+use super::bake::{DIELECTRIC_R0, SheetError, dielectric, probes, total_of, truths};
 use super::grid::{Grid, Places};
 use super::sheet::{Sheet, Term};
-use super::truth::{Quantity, TOLERANCE};
+use super::truth::Quantity;
 use crate::table::texture::{LookupError, Texture};
 use rayon::prelude::*;
 
@@ -14,59 +14,111 @@ const ROUNDS: usize = 8;
 /// One way to look at the channels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Gauge {
-    /// |E_true/E - 1|: what a furnace with F = 1 reads more or less than 1 where E compensates.
-    Furnace,
+    /// |E_true/E - 1|: what a furnace with F = 1 reads more or less than 1 where E compensates; of an interface, both sides together.
+    Furnace(Quantity),
     /// |rho/rho_true - 1| of a dielectric of r0 = [`DIELECTRIC_R0`].
     Dielectric,
+    /// |x - x_true| of a channel.
+    Absolute(Term),
+}
+
+/// The truths at one place, in the order of the quantities.
+type At<'a> = (&'a [Quantity], Vec<f64>);
+
+fn truth((quantities, values): &At<'_>, wanted: Quantity) -> Option<f64> {
+    quantities
+        .iter()
+        .position(|quantity| *quantity == wanted)
+        .map(|k| values[k])
 }
 
 impl Gauge {
+    /// Those that the channels of `sheet` tell.
+    fn of(sheet: &Sheet) -> Vec<Self> {
+        let has = |term: &Term| sheet.channels.contains(term);
+        let mut gauges = Vec::new();
+        let zeros = vec![0.0; sheet.channels.len()];
+        if total_of(&sheet.channels, &zeros).is_some() {
+            gauges.push(Self::Furnace(Quantity::Total));
+            if has(&Term::Bias) {
+                gauges.push(Self::Dielectric);
+            }
+        }
+        if has(&Term::Interface) {
+            gauges.push(Self::Furnace(Quantity::Interface));
+        }
+        let absolute = [Term::Sheen, Term::DisneyDiffuse, Term::Reflected, Term::Transmitted];
+        gauges.extend(absolute.into_iter().filter(has).map(Self::Absolute));
+        gauges
+    }
+
     fn name(self) -> String {
         match self {
-            Self::Furnace => "furnace".into(),
+            Self::Furnace(_) => "furnace".into(),
             Self::Dielectric => format!("r0 = {DIELECTRIC_R0}"),
+            Self::Absolute(term) => term.name().into(),
         }
     }
 
-    /// The error of what lookups read, `channels`, where B and E are the truth; `None` where the channels do not tell.
-    fn error(self, terms: &[Term], channels: &[f64], [bias, total]: [f64; 2]) -> Option<f64> {
-        let e = total_of(terms, channels)?;
+    /// What the truth may be off by, in the unit of the gauge: E is at least 0.2.
+    fn doubt(self) -> f64 {
         match self {
-            Self::Furnace => Some((total / e - 1.0).abs()),
+            Self::Furnace(quantity) => 5.0 * quantity.tolerance(),
+            Self::Dielectric => 50.0 * Quantity::Bias.tolerance(),
+            Self::Absolute(term) => term.code().map_or(0.0, |(quantity, ..)| quantity.tolerance()),
+        }
+    }
+
+    /// The error of what lookups read, `channels`.
+    fn error(self, terms: &[Term], channels: &[f64], at: &At<'_>) -> Option<f64> {
+        let read = |wanted: Term| terms.iter().position(|term| *term == wanted).map(|k| channels[k]);
+        match self {
+            Self::Furnace(Quantity::Interface) => {
+                Some((truth(at, Quantity::Interface)? / read(Term::Interface)? - 1.0).abs())
+            }
+            Self::Furnace(_) => Some((truth(at, Quantity::Total)? / total_of(terms, channels)? - 1.0).abs()),
             Self::Dielectric => {
-                let b = terms.iter().position(|term| *term == Term::Bias).map(|k| channels[k])?;
-                Some((dielectric(b, e) / dielectric(bias, total) - 1.0).abs())
+                let found = dielectric(read(Term::Bias)?, total_of(terms, channels)?);
+                Some((found / dielectric(truth(at, Quantity::Bias)?, truth(at, Quantity::Total)?) - 1.0).abs())
+            }
+            Self::Absolute(term) => {
+                let (quantity, constant, sign) = term.code()?;
+                Some((read(term)? - constant - sign * truth(at, quantity)?).abs())
             }
         }
     }
 }
 
-/// Errors of lookups with F = 1 and of a dielectric, over the domain and over all of it.
+/// Errors of lookups, over the domain and over all of it.
 ///
 /// Places are those of a grid that the fit has not seen, and of a search from the worst of them; what the truth may be off by is
 /// added.
 pub(super) fn measured(
     sheet: &Sheet,
     texture: &Texture,
-    per_cell: &dyn Fn(usize) -> usize,
     done: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<LookupError>, SheetError> {
     let domain = sheet.domain();
     let axes = &texture.axes;
     let places = |(axis, domain): (&_, &[f64; 2])| {
         let axis: &crate::table::texture::TextureAxis = axis;
-        Places::midpoints(axis, per_cell(axis.axis.size)).and_ends(axis, *domain, 0.0)
+        Places::midpoints(axis, probes(sheet, axis.axis.size)).and_ends(axis, *domain, 0.0)
     };
     let grid = Grid::new(axes, axes.iter().zip(&domain).map(places).collect());
     let truths = truths(sheet, &grid, done)?;
     let whole = vec![[0.0, 1.0]; axes.len()];
     let mut errors = Vec::new();
-    for gauge in [Gauge::Furnace, Gauge::Dielectric] {
+    let quantities = sheet.quantities();
+    for gauge in Gauge::of(sheet) {
         let all: Option<Vec<f64>> = (0..grid.len())
             .into_par_iter()
             .map(|index| {
-                let truth = [Quantity::Bias, Quantity::Total].map(|quantity| truths[&quantity][index]);
-                gauge.error(&sheet.channels, &texture.lookup(&grid.values(index)), truth)
+                let values = quantities.iter().map(|quantity| truths[quantity][index]).collect();
+                gauge.error(
+                    &sheet.channels,
+                    &texture.lookup(&grid.values(index)),
+                    &(&quantities, values),
+                )
             })
             .collect();
         let Some(all) = all else { continue };
@@ -100,8 +152,8 @@ fn summary(
     }
     Ok(LookupError {
         of: gauge.name(),
-        max: worst.0 + TOLERANCE,
-        mean: sum / measure + TOLERANCE,
+        max: worst.0 + gauge.doubt(),
+        mean: sum / measure + gauge.doubt(),
         at: worst.1,
         domain: domain.to_vec(),
         probes: inside.len() as u64,
@@ -116,6 +168,7 @@ fn climb(
     (mut at, mut error): (Vec<f64>, f64),
     domain: &[[f64; 2]],
 ) -> Result<(Vec<f64>, f64), SheetError> {
+    let quantities = sheet.quantities();
     for round in 0..ROUNDS {
         for k in 0..at.len() {
             let axis = &texture.axes[k].axis;
@@ -124,16 +177,13 @@ fn climb(
                 let mut tried = at.clone();
                 let u = (axis.u(at[k]) + sign * step).clamp(0.0, 1.0);
                 tried[k] = axis.value(u).clamp(domain[k][0], domain[k][1]);
-                let truth = sheet
-                    .lobe
-                    .pair(sheet.place(&tried))
-                    .map_err(|source| SheetError::Truth {
-                        sheet: sheet.name,
-                        source,
-                    })?;
-                let found = gauge
-                    .error(&sheet.channels, &texture.lookup(&tried), truth)
-                    .unwrap_or(0.0);
+                let values = sheet.lobe.values(&quantities, sheet.place(&tried));
+                let values = values.map_err(|source| SheetError::Truth {
+                    sheet: sheet.name,
+                    source,
+                })?;
+                let found = gauge.error(&sheet.channels, &texture.lookup(&tried), &(&quantities, values));
+                let found = found.unwrap_or(0.0);
                 if found > error {
                     (at, error) = (tried, found);
                 }

@@ -5,7 +5,7 @@
 //! errors of neighbours cancel where they can, and none grows far beyond the largest. Steps further away are not tried, as
 //! texels would wander off to where the fit has come from.
 
-use super::fit::{Problem, Score};
+use super::fit::{Fitted, Problem};
 use crate::table::Storage;
 use half::f16;
 
@@ -18,14 +18,10 @@ pub(super) struct Code<'a> {
 /// Rounds over all texels: the third changes next to nothing.
 const ROUNDS: usize = 2;
 
-/// What to store, within [0, 1], for the decoded `texels`, which leave errors of `score`.
-pub(super) fn round(
-    problem: &Problem<'_>,
-    (texels, score): (&[f64], Score),
-    code: &Code<'_>,
-    storage: Storage,
-) -> Vec<f64> {
-    let ideal = |t: usize| f64::clamp(code.sign * (texels[t] - code.constant[t]), 0.0, 1.0);
+/// What to store, at least 0, for the decoded texels that were `fitted`.
+pub(super) fn round(problem: &Problem<'_>, fitted: &Fitted, code: &Code<'_>, storage: Storage) -> Vec<f64> {
+    let Fitted { texels, score } = fitted;
+    let ideal = |t: usize| f64::max(code.sign * (texels[t] - code.constant[t]), 0.0);
     let mut stored: Vec<f64> = (0..texels.len()).map(|t| storage.round(ideal(t))).collect();
     if storage == Storage::F32 {
         return stored;
@@ -88,7 +84,7 @@ fn cost(readers: &[Reader], errors: &[f64], change: f64, largest: f64) -> f64 {
     readers.iter().map(one).sum()
 }
 
-/// The step on the other side of `ideal` than `own`, one of the two around it; within [0, 1].
+/// The step on the other side of `ideal` than `own`, one of the two around it; at least 0.
 fn beyond(storage: Storage, own: f64, ideal: f64) -> f64 {
     let is_up = ideal > own;
     let step = |count: f64| storage.round(own + if is_up { 1.0 } else { -1.0 } / count);
@@ -97,7 +93,7 @@ fn beyond(storage: Storage, own: f64, ideal: f64) -> f64 {
         Storage::F16 => {
             let bits = f16::from_f64(own).to_bits();
             let other = if is_up { bits + 1 } else { bits.saturating_sub(1) };
-            f16::from_bits(other).to_f64().min(1.0)
+            f16::from_bits(other).to_f64()
         }
         Storage::Unorm16 => step(65535.0),
         Storage::Unorm8 => step(255.0),

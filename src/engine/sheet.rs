@@ -5,7 +5,7 @@ use crate::table::Storage;
 use crate::table::axis::{Axis, AxisError, Mapping, TexelRule};
 use crate::table::texture::TextureAxis;
 
-/// What an axis runs over.
+/// What an axis runs over, from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
     /// cos theta_o.
@@ -14,7 +14,22 @@ pub enum Parameter {
     Roughness,
     /// The parameter of the distribution itself.
     Alpha,
+    /// z = sqrt(|eta - 1|/(eta + 1)), the fourth root of the reflectance at normal incidence. From outside eta = (1 + z^2)/(1 - z^2), from
+    /// inside its inverse.
+    Z(Side),
 }
+
+/// Where light comes from that meets an interface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// From the medium of the smaller index.
+    Outside,
+    /// From that of the larger one: beyond an angle all is reflected.
+    Inside,
+}
+
+/// Largest index that an axis of z reaches: 1 - z^2 = 2e-4.
+const LARGEST_ETA: f64 = 1e4;
 
 impl Parameter {
     /// The name as a shader variable.
@@ -23,11 +38,12 @@ impl Parameter {
             Self::Mu => "mu",
             Self::Roughness => "roughness",
             Self::Alpha => "alpha",
+            Self::Z(_) => "z",
         }
     }
 }
 
-/// One axis of a sheet; every parameter runs over [0, 1].
+/// One axis of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Along {
     /// What it runs over.
@@ -54,6 +70,17 @@ impl Along {
             flipped: self.flipped,
         })
     }
+
+    /// Where errors count: mu from 0.01, roughness from 0.05 on. Below, lobes are mirrors but for a layer at grazing angles that no
+    /// texture of such size resolves. All indices count.
+    pub fn domain(&self) -> [f64; 2] {
+        match self.parameter {
+            Parameter::Mu => [0.01, 1.0],
+            Parameter::Roughness => [0.05, 1.0],
+            Parameter::Alpha => [0.0025, 1.0],
+            Parameter::Z(_) => [0.0, 1.0],
+        }
+    }
 }
 
 /// What a channel holds.
@@ -67,12 +94,20 @@ pub enum Term {
     Total,
     /// 1 - E, what a single reflection loses.
     Loss,
-    /// E_avg = 2 int_0^1 E mu dmu of the E that lookups in the sheet before read.
-    MeanTotal,
-    /// 1 - E_avg of the same.
+    /// The mean of what the first channel of a sheet before reads, over mu: of E the E_avg.
+    Mean,
+    /// The mean of Loss of a sheet before, 1 - E_avg.
     MeanLoss,
-    /// Nothing: the engine reads no such channel.
-    Unused,
+    /// Albedo of sheen.
+    Sheen,
+    /// Albedo of Burley's diffuse lobe less 1/2.
+    DisneyDiffuse,
+    /// Share that an interface reflects.
+    Reflected,
+    /// Share that it lets through.
+    Transmitted,
+    /// Both together.
+    Interface,
 }
 
 impl Term {
@@ -83,9 +118,13 @@ impl Term {
             Self::Bias => "bias",
             Self::Total => "total",
             Self::Loss => "loss",
-            Self::MeanTotal => "mean",
+            Self::Mean => "mean",
             Self::MeanLoss => "mean_loss",
-            Self::Unused => "unused",
+            Self::Sheen => "sheen",
+            Self::DisneyDiffuse => "diffuse",
+            Self::Reflected => "reflected",
+            Self::Transmitted => "transmitted",
+            Self::Interface => "interface",
         }
     }
 
@@ -96,20 +135,28 @@ impl Term {
             Self::Bias => "B of rho(r0) = r0 A + B: rho for r0 = 0 of Schlick's Fresnel term",
             Self::Total => "E = A + B: rho for r0 = 1",
             Self::Loss => "1 - E, E = A + B: what one reflection loses where F = 1",
-            Self::MeanTotal => "E_avg = 2 int E mu dmu of the E that lookups read",
-            Self::MeanLoss => "1 - E_avg, E_avg = 2 int E mu dmu of the E that lookups read",
-            Self::Unused => "0",
+            Self::Mean => "2 int E mu dmu of the E that lookups read",
+            Self::MeanLoss => "1 - 2 int E mu dmu of the E that lookups read",
+            Self::Sheen => "rho of Charlie sheen of colour 1, visibility of Ashikhmin and Neubelt",
+            Self::DisneyDiffuse => "rho of Burley's diffuse lobe, divided by 1.03571, less 1/2",
+            Self::Reflected => "share that the interface reflects",
+            Self::Transmitted => "share that the interface lets through",
+            Self::Interface => "share that the interface reflects or lets through: less is lost between facets",
         }
     }
 
-    /// How the channel follows from fitted quantities: constant, and a factor for each.
-    pub(super) fn parts(self) -> &'static [(Quantity, f64)] {
+    /// How the stored number follows from a quantity: (quantity, constant, sign), stored = constant + sign quantity; `None` for means.
+    pub(super) fn code(self) -> Option<(Quantity, f64, f64)> {
         match self {
-            Self::Scale => &[(Quantity::Total, 1.0), (Quantity::Bias, -1.0)],
-            Self::Bias => &[(Quantity::Bias, 1.0)],
-            Self::Total => &[(Quantity::Total, 1.0)],
-            Self::Loss => &[(Quantity::Total, -1.0)],
-            Self::MeanTotal | Self::MeanLoss | Self::Unused => &[],
+            Self::Scale | Self::Total => Some((Quantity::Total, 0.0, 1.0)),
+            Self::Bias => Some((Quantity::Bias, 0.0, 1.0)),
+            Self::Loss => Some((Quantity::Total, 1.0, -1.0)),
+            Self::Sheen => Some((Quantity::Sheen, 0.0, 1.0)),
+            Self::DisneyDiffuse => Some((Quantity::DisneyDiffuse, -0.5, 1.0)),
+            Self::Reflected => Some((Quantity::Reflected, 0.0, 1.0)),
+            Self::Transmitted => Some((Quantity::Transmitted, 0.0, 1.0)),
+            Self::Interface => Some((Quantity::Interface, 0.0, 1.0)),
+            Self::Mean | Self::MeanLoss => None,
         }
     }
 }
@@ -123,7 +170,7 @@ pub struct Sheet {
     pub purpose: &'static str,
     /// The lobes that it serves.
     pub lobe: Lobe,
-    /// One or two axes, along width and height.
+    /// One to three axes, along width, height and depth.
     pub axes: Vec<Along>,
     /// One to four channels.
     pub channels: Vec<Term>,
@@ -134,25 +181,43 @@ pub struct Sheet {
 impl Sheet {
     /// Where an integral is wanted for these values along the axes.
     pub(super) fn place(&self, values: &[f64]) -> Place {
-        let mut place = Place { mu: 1.0, alpha: 0.0 };
+        let mut place = Place {
+            mu: 1.0,
+            alpha: 0.0,
+            eta: 1.0,
+        };
         for (along, value) in self.axes.iter().zip(values) {
             match along.parameter {
                 Parameter::Mu => place.mu = *value,
                 Parameter::Roughness => place.alpha = value * value,
                 Parameter::Alpha => place.alpha = *value,
+                Parameter::Z(side) => {
+                    let eta = ((1.0 + value * value) / (1.0 - value * value)).min(LARGEST_ETA);
+                    place.eta = if side == Side::Outside { eta } else { 1.0 / eta };
+                }
             }
         }
         place
     }
 
-    /// Where errors count: mu from 0.01, roughness from 0.05 on. Below, lobes are mirrors but for a layer at grazing angles that no
-    /// texture of this size resolves.
+    /// Where errors count, see [`Along::domain`].
     pub fn domain(&self) -> Vec<[f64; 2]> {
-        let from = |along: &Along| match along.parameter {
-            Parameter::Mu => 0.01,
-            Parameter::Roughness => 0.05,
-            Parameter::Alpha => 0.0025,
-        };
-        self.axes.iter().map(|along| [from(along), 1.0]).collect()
+        self.axes.iter().map(Along::domain).collect()
+    }
+
+    /// The integrals that its channels are made of, each once; E comes with B, which cost one integral together.
+    pub(super) fn quantities(&self) -> Vec<Quantity> {
+        let mut quantities: Vec<Quantity> = self.channels.iter().filter_map(|term| Some(term.code()?.0)).collect();
+        if quantities.contains(&Quantity::Bias) {
+            quantities.push(Quantity::Total);
+        }
+        quantities.sort();
+        quantities.dedup();
+        quantities
+    }
+
+    /// Whether it is a mean of a sheet before it.
+    pub(super) fn is_mean(&self) -> bool {
+        self.quantities().is_empty()
     }
 }

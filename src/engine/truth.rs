@@ -1,16 +1,14 @@
-//! What the tables of engines hold, as integrals.
+//! What the tables of engines hold, as integrals over the hemisphere.
 
+use super::disney::disney_diffuse;
 use crate::bxdf::{Microfacet, Model, ModelError};
 use crate::distribution::Family;
 use crate::fresnel::Fresnel;
 use crate::integrate::deterministic::quadrature;
-use crate::integrate::{IntegrateError, Target};
+use crate::integrate::{IntegrateError, RoughInterface, Target};
 use crate::masking::Masking;
 use crate::spectrum::Spectrum;
 use thiserror::Error;
-
-/// Largest error of a truth: a tenth of the smallest error that tables are fitted to.
-pub(super) const TOLERANCE: f64 = 1e-6;
 
 /// A family of lobes that share one table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,13 +19,46 @@ pub struct Lobe {
     pub masking: Masking,
 }
 
-/// An integral that channels are made of, a function of mu and the roughness.
+/// An integral that channels are made of, a function of mu, the roughness and, of glass, the index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Quantity {
     /// B = int f (1 - o.h)^5 |cos theta_i| dwi with F = 1 in f: the albedo for r0 = 0 of Schlick's Fresnel term.
     Bias,
     /// E = A + B, the albedo for r0 = 1, that is with F = 1.
     Total,
+    /// Albedo of Charlie sheen under the visibility of Ashikhmin and Neubelt. It exceeds 1 at grazing angles of smooth cloth.
+    Sheen,
+    /// Albedo of Burley's diffuse lobe as Unity normalises it.
+    DisneyDiffuse,
+    /// Share that a rough dielectric interface reflects.
+    Reflected,
+    /// Share that it lets through.
+    Transmitted,
+    /// Both together: what is missing to 1 is lost between the facets.
+    Interface,
+}
+
+impl Quantity {
+    /// The values that it has: texels stay within.
+    pub(super) fn legal(self) -> [f64; 2] {
+        match self {
+            // no bound is known beyond which sheen does not go
+            Self::Sheen => [0.0, f64::INFINITY],
+            Self::DisneyDiffuse => [0.0, 2.0],
+            _ => [0.0, 1.0],
+        }
+    }
+
+    /// Largest error of its truth.
+    pub(super) fn tolerance(self) -> f64 {
+        match self {
+            Self::Bias | Self::Total => 1e-6,
+            Self::Sheen => 1e-5,
+            Self::DisneyDiffuse => 1e-14,
+            Self::Reflected | Self::Transmitted => 1e-5,
+            Self::Interface => 2e-5,
+        }
+    }
 }
 
 /// Where an integral is wanted.
@@ -37,6 +68,8 @@ pub struct Place {
     pub mu: f64,
     /// The parameter of the distribution: alpha or m.
     pub alpha: f64,
+    /// Of an interface, the index of the far side over that of the side that the light comes from.
+    pub eta: f64,
 }
 
 /// Why there is no truth.
@@ -46,7 +79,7 @@ pub enum TruthError {
     #[error(transparent)]
     Model(#[from] ModelError),
     /// The integral was not computed.
-    #[error("at mu = {mu}, alpha = {alpha}: {source}", mu = place.mu, alpha = place.alpha)]
+    #[error("at mu = {mu}, alpha = {alpha}, eta = {eta}: {source}", mu = place.mu, alpha = place.alpha, eta = place.eta)]
     Integral {
         /// Where.
         place: Place,
@@ -56,29 +89,78 @@ pub enum TruthError {
 }
 
 impl Lobe {
-    /// B and E at `place`, each within 1e-6.
-    ///
-    /// A facet that is smoother than any legal lobe is a mirror: B = (1 - mu)^5, E = 1.
+    /// The `quantities` at `place`, in their order. Facets smoother than any legal lobe count as a mirror.
     ///
     /// # Errors
     /// [`TruthError`] where the lobe does not exist or its integral is not computed.
-    pub fn pair(&self, place: Place) -> Result<[f64; 2], TruthError> {
+    pub fn values(&self, quantities: &[Quantity], place: Place) -> Result<Vec<f64>, TruthError> {
+        let wants = |some: &[Quantity]| quantities.iter().any(|quantity| some.contains(quantity));
+        let pair = match wants(&[Quantity::Bias, Quantity::Total]) {
+            true => self.pair(place)?,
+            false => [0.0; 2],
+        };
+        let sides = match wants(&[Quantity::Reflected, Quantity::Transmitted, Quantity::Interface]) {
+            true => self.interface(place)?,
+            false => [0.0; 2],
+        };
+        let value = |quantity: &Quantity| {
+            Ok(match quantity {
+                Quantity::Bias => pair[0],
+                Quantity::Total => pair[1],
+                Quantity::Reflected => sides[0],
+                Quantity::Transmitted => sides[1],
+                Quantity::Interface => sides[0] + sides[1],
+                Quantity::Sheen => sheen(place)?,
+                Quantity::DisneyDiffuse => disney_diffuse(place.mu, place.alpha.sqrt()),
+            })
+        };
+        quantities.iter().map(value).collect()
+    }
+
+    /// B and E.
+    fn pair(&self, place: Place) -> Result<[f64; 2], TruthError> {
         if place.alpha < self.family.legal().min {
-            return Ok([mirror(place.mu), 1.0]);
+            return Ok([schlick(place.mu), 1.0]);
         }
         let distribution = self.family.with(place.alpha).map_err(ModelError::from)?;
         let fresnel = Fresnel::Schlick {
             r0: Spectrum::rgb([0.0, 1.0, 1.0]),
         };
         let lobe = Microfacet::new(Spectrum::grey(1.0), distribution, self.masking, fresnel)?;
-        let found = quadrature(&Model::Microfacet(lobe), Target::rho_hd(place.mu, 0.0), TOLERANCE);
+        let tolerance = Quantity::Total.tolerance();
+        let found = quadrature(&Model::Microfacet(lobe), Target::rho_hd(place.mu, 0.0), tolerance);
         let found = found.map_err(|source| TruthError::Integral { place, source })?;
         Ok([found.value.x, found.value.y])
     }
+
+    /// What an interface reflects and lets through.
+    fn interface(&self, place: Place) -> Result<[f64; 2], TruthError> {
+        if place.alpha < self.family.legal().min {
+            let fresnel = Fresnel::dielectric(Spectrum::grey(place.eta)).map_err(ModelError::from)?;
+            let reflected = fresnel.reflectance(place.mu).x;
+            return Ok([reflected, 1.0 - reflected]);
+        }
+        let distribution = self.family.with(place.alpha).map_err(ModelError::from)?;
+        let interface = RoughInterface::new(distribution, self.masking, place.eta)?;
+        let found = interface.albedos(place.mu, Quantity::Reflected.tolerance());
+        let found = found.map_err(|source| TruthError::Integral { place, source })?;
+        Ok([found.reflected, found.transmitted])
+    }
+}
+
+/// Albedo of Charlie sheen; below the smallest legal alpha, that of the smallest.
+fn sheen(place: Place) -> Result<f64, TruthError> {
+    let alpha = place.alpha.max(Family::Charlie.legal().min);
+    let distribution = Family::Charlie.with(alpha).map_err(ModelError::from)?;
+    let lobe = Microfacet::new(Spectrum::grey(1.0), distribution, Masking::Neubelt, Fresnel::None)?;
+    let tolerance = Quantity::Sheen.tolerance();
+    let found = quadrature(&Model::Microfacet(lobe), Target::rho_hd(place.mu, 0.0), tolerance);
+    let found = found.map_err(|source| TruthError::Integral { place, source })?;
+    Ok(found.value.x)
 }
 
 /// (1 - mu)^5.
-fn mirror(mu: f64) -> f64 {
+fn schlick(mu: f64) -> f64 {
     let square = (1.0 - mu) * (1.0 - mu);
     square * square * (1.0 - mu)
 }

@@ -91,7 +91,7 @@ pub(super) fn sample_hash<'a>(channels: impl Iterator<Item = &'a [f32]>) -> Stri
 /// them in an order that changes from run to run; as no length changes, every offset in the file stays right.
 ///
 /// `None` when `bytes` is not a file with a complete header; they are then left as they were.
-fn sort_header(bytes: &mut [u8]) -> Option<()> {
+pub(super) fn sort_header(bytes: &mut [u8]) -> Option<()> {
     const START: usize = 8; // magic number and version, 4 bytes each
     let mut entries: Vec<&[u8]> = Vec::new();
     let mut rest = bytes.get(START..)?;

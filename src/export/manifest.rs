@@ -1,7 +1,9 @@
 //! `manifest.json`: all tables of a scene with the facts of their files, and which material uses which.
 
+mod file;
 mod material;
 
+pub use file::FileEntry;
 pub use material::{AlbedoEntry, BaseEntry, LayerEntry, LobeEntry, MaterialEntry};
 
 use super::{ExportError, FORMAT, SOFTWARE, VERSION, json_reason};
@@ -100,6 +102,9 @@ pub struct TableEntry {
     pub evaluations: u64,
     /// Seed of the random streams.
     pub seed: u64,
+    /// The table in further formats, in the order in which they were asked for.
+    #[serde(default)]
+    pub files: Vec<FileEntry>,
 }
 
 /// One axis of a table.
@@ -160,6 +165,7 @@ impl TableEntry {
             max,
             evaluations: table.evaluations,
             seed: table.seed,
+            files: Vec::new(),
         }
     }
 }

@@ -4,6 +4,7 @@
 
 mod attributes;
 pub mod exr;
+pub mod formats;
 pub mod manifest;
 pub mod read;
 pub mod store;
@@ -28,6 +29,9 @@ pub enum ExportError {
     /// The table breaks its own rules.
     #[error(transparent)]
     Table(#[from] TableError),
+    /// The table cannot be written in a further format.
+    #[error(transparent)]
+    Format(#[from] formats::FormatError),
     /// The system refused.
     #[error("cannot {action} {}", shown(path))]
     Io {

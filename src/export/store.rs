@@ -17,6 +17,7 @@
 mod entries;
 #[cfg(test)]
 mod tests;
+mod textures;
 
 use super::manifest::{self, Manifest, TableEntry};
 use super::read::{Contents, read_exr};
@@ -278,6 +279,7 @@ impl Store {
             sync.map_err(ExportError::io("write", &part))?;
             staged.push((part, to));
         }
+        self.stage_textures(manifest, &mut staged)?;
         sync_dir(&cache);
         Ok(staged)
     }
@@ -343,10 +345,11 @@ impl Store {
         drop(fs::remove_dir(cache));
     }
 
-    /// Removes what holds nothing, directories that were made in vain, and tells how far the bake has come. Nothing is written
+    /// Removes what is not finished or holds nothing, directories that were made in vain, and tells how far the bake has come. Nothing is written
     /// while the guard lives.
     pub fn abandon(&self) -> MutexGuard<'_, Finished> {
         let finished = self.finished();
+        entries::sweep(&self.cache());
         for path in std::iter::once(&self.cache()).chain(&self.made) {
             // only what is empty goes
             drop(fs::remove_dir(path));

@@ -1,8 +1,9 @@
 //! What a bake has to say when it is done.
 
-use super::{Baked, place};
+use super::{Baked, formats, place};
 use crate::cli::format;
 use crate::cli::plan::text;
+use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 use whitefurnace::export::manifest;
@@ -72,6 +73,9 @@ pub(super) fn report(
         bytes.div_ceil(1024),
         format::seconds(seconds)
     ));
+    for line in formats::lines(baked) {
+        format::say(line);
+    }
     let others = others(directory, baked);
     if !others.is_empty() {
         format::say(format!(
@@ -160,9 +164,17 @@ fn lookup_error(entry: &manifest::TableEntry) -> f64 {
 fn others(directory: &Path, baked: &[Baked]) -> Vec<String> {
     let entries = fs::read_dir(directory).into_iter().flatten().flatten();
     let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-    let ours: std::collections::HashSet<&str> = baked.iter().map(|baked| baked.entry.file.as_str()).collect();
+    let entries = || baked.iter().map(|baked| &baked.entry);
+    let files = entries().flat_map(|entry| entry.files.iter().map(|file| file.file.as_str()));
+    let ours: HashSet<&str> = entries().map(|entry| entry.file.as_str()).chain(files).collect();
+    let ids: HashSet<&str> = entries().map(|entry| entry.id.as_str()).collect();
+    // the format of an earlier bake is one of these tables as it was then
+    let is_table = |name: &str| {
+        let parts = name.rsplit_once('.');
+        name.ends_with(".exr") || parts.is_some_and(|(stem, end)| ids.contains(stem) && formats::is_extension(end))
+    };
     let mut others: Vec<String> = names
-        .filter(|name| name.ends_with(".exr") && !ours.contains(name.as_str()))
+        .filter(|name| is_table(name) && !ours.contains(name.as_str()))
         .collect();
     others.sort();
     others

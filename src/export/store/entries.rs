@@ -137,7 +137,7 @@ pub(super) fn holds(path: &Path, bytes: &[u8]) -> bool {
 }
 
 /// What the regular file at `path` holds, if it is that long.
-fn content(path: &Path, length: u64) -> Option<Vec<u8>> {
+pub(super) fn content(path: &Path, length: u64) -> Option<Vec<u8>> {
     let (file, _) = regular::open(path).ok().filter(|(_, found)| *found == length)?;
     let mut bytes = Vec::new();
     file.take(length).read_to_end(&mut bytes).ok().map(|_| bytes)

@@ -1,0 +1,11 @@
+//! Textures as files, read back by the crates and by programs that know nothing of this one.
+
+mod bake;
+mod dds;
+mod exr;
+mod ktx2;
+mod png;
+mod raw;
+mod sample;
+mod source;
+mod tools;
