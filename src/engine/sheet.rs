@@ -216,6 +216,11 @@ impl Sheet {
         quantities
     }
 
+    /// Whether its integrals are many or slow.
+    pub(super) fn is_slow(&self) -> bool {
+        self.axes.len() == 3 || self.channels.contains(&Term::Sheen)
+    }
+
     /// Whether it is a mean of a sheet before it.
     pub(super) fn is_mean(&self) -> bool {
         self.quantities().is_empty()

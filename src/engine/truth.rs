@@ -52,8 +52,8 @@ impl Quantity {
     /// Largest error of its truth.
     pub(super) fn tolerance(self) -> f64 {
         match self {
-            Self::Bias | Self::Total => 1e-6,
-            Self::Sheen => 1e-5,
+            Self::Bias | Self::Total => 2e-7,
+            Self::Sheen => 2e-5,
             Self::DisneyDiffuse => 1e-14,
             Self::Reflected | Self::Transmitted => 1e-5,
             Self::Interface => 2e-5,
