@@ -19,9 +19,6 @@ const PLACES: usize = 256;
 /// Places along each axis of two at which lookups are measured: not those of the fit.
 const PROBES: usize = 337;
 
-/// The same for three axes and for sheen, whose integrals take a hundred times as long.
-const SLOW_PLACES: usize = 96;
-
 /// The stretch of values that an end of the domain stands for in a fit: enough to be heard.
 const END: f64 = 1e-3;
 
@@ -124,17 +121,17 @@ pub fn work(sheet: &Sheet) -> u64 {
 
 /// Parts of a cell whose borders are places of the fit.
 fn fit_places(sheet: &Sheet, size: usize) -> usize {
-    match sheet.is_slow() {
-        true => SLOW_PLACES.div_ceil(size).max(2),
-        false => PLACES.div_ceil(size).max(3),
+    match sheet.slow_places() {
+        Some(places) => places.div_ceil(size).max(2),
+        None => PLACES.div_ceil(size).max(3),
     }
 }
 
 /// Places of a cell at which lookups are measured, midpoints of as many parts.
 pub(super) fn probes(sheet: &Sheet, size: usize) -> usize {
-    match sheet.is_slow() {
-        true => SLOW_PLACES.div_ceil(size).max(2),
-        false => PROBES.div_ceil(size).max(3),
+    match sheet.slow_places() {
+        Some(places) => places.div_ceil(size).max(2),
+        None => PROBES.div_ceil(size).max(3),
     }
 }
 

@@ -216,9 +216,13 @@ impl Sheet {
         quantities
     }
 
-    /// Whether its integrals are many or slow.
-    pub(super) fn is_slow(&self) -> bool {
-        self.axes.len() == 3 || self.channels.contains(&Term::Sheen)
+    /// Places along each axis that are enough, and all that time allows, where there are three axes, or where integrals take a hundred
+    /// times as long as those of a pair, as of sheen.
+    pub(super) fn slow_places(&self) -> Option<usize> {
+        match self.axes.len() {
+            3 => Some(32),
+            _ => self.channels.contains(&Term::Sheen).then_some(96),
+        }
     }
 
     /// Whether it is a mean of a sheet before it.
