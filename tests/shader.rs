@@ -1,5 +1,6 @@
 //! Shader texts: every language compiles, and reads as if a person had written it.
 
+use std::path::Path;
 use std::process::Command;
 use whitefurnace::plan::{Economy, Plan, Request};
 use whitefurnace::scene::Scene;
@@ -258,4 +259,106 @@ fn materials_become_functions_of_their_lobes() {
         "{text}"
     );
     assert!(text.contains(", 0.3)") && text.contains(", 0.6)"), "{text}");
+}
+
+fn furnace(directory: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_furnace"))
+        .current_dir(directory)
+        .args(arguments)
+        .output()
+        .unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+const LOBE: &str = "[scene]\nname = \"one lobe\"\n[[material]]\nname = \"lobe\"\nbxdf = { type = \"microfacet\", distribution = \
+                    { type = \"ggx\", alpha = 0.3 }, masking = \"smith\", fresnel = { type = \"none\" } }\n";
+
+/// The axes of a shader are those of the bake, whichever it chose, also without its manifest.
+#[test]
+fn the_command_takes_the_axes_of_a_bake() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = directory.path();
+    std::fs::write(at.join("lobe.toml"), LOBE).unwrap();
+    let baked = furnace(at, &["bake", "lobe.toml", "--resolution", "11", "--out", "tables"]);
+    assert_eq!(baked.0, Some(0), "{}", baked.2);
+    let shader = ["shader", "lobe.toml", "--tables", "tables"];
+    let (code, wgsl, errors) = furnace(at, &shader);
+    assert_eq!((code, errors.as_str()), (Some(0), ""));
+    assert!(
+        wgsl.contains("fn sample_lobe_rho_hd(mu: f32) -> f32") && wgsl.contains("11 x 1 texels"),
+        "{wgsl}"
+    );
+    assert_eq!(furnace(at, &["shader", "lobe.toml", "--resolution", "11"]).1, wgsl);
+    // a file, a directory, and JSON
+    let (code, said, _) = furnace(at, &[&shader[..], &["--language", "hlsl", "--out", "shaders"]].concat());
+    assert_eq!(code, Some(0));
+    let written = std::fs::read_to_string(at.join("shaders/one-lobe.hlsl"));
+    let written = written.or_else(|_| {
+        let file = said.split(':').next().unwrap_or_default();
+        std::fs::read_to_string(at.join(file))
+    });
+    assert!(
+        written
+            .unwrap()
+            .contains("SamplerState table_lobe_rho_hd_sampler : register(s0);")
+    );
+    let (_, json, _) = furnace(at, &[&shader[..], &["--json"]].concat());
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(value["tables"][0]["function"], "sample_lobe_rho_hd");
+    assert_eq!(value["materials"][0]["functions"][0]["name"], "albedo_reflection_lobe");
+    assert_eq!(value["text"].as_str().unwrap().trim_end(), wgsl.trim_end());
+}
+
+#[test]
+fn what_does_not_fit_the_scene_is_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = directory.path();
+    std::fs::write(at.join("lobe.toml"), LOBE).unwrap();
+    std::fs::write(at.join("other.toml"), LOBE.replace("\"lobe\"", "\"other\"")).unwrap();
+    assert_eq!(
+        furnace(at, &["bake", "lobe.toml", "--resolution", "8", "--out", "tables"]).0,
+        Some(0)
+    );
+    let refused = |arguments: &[&str], reasons: &[&str]| {
+        let (code, out, errors) = furnace(at, arguments);
+        assert_eq!((code, out.as_str()), (Some(2), ""), "{errors}");
+        assert!(reasons.iter().all(|reason| errors.contains(reason)), "{errors}");
+    };
+    let here = "tables/manifest.json";
+    refused(
+        &["shader", "other.toml", "--tables", "tables"],
+        &[here, "no table other.rho_hd", "one lobe"],
+    );
+    refused(&["shader", "--language", "cg"], &["wgsl, glsl-es, glsl, hlsl, msl"]);
+    refused(
+        &["shader", "lobe.toml", "--tables", "nowhere"],
+        &["nowhere/manifest.json"],
+    );
+    let manifest = std::fs::read_to_string(at.join(here)).unwrap();
+    for (from, to, reasons) in [
+        (
+            "\"texel_rule\": \"",
+            "\"texel_rule\": \"off-",
+            ["axis mu", "not a texel rule"],
+        ),
+        ("\"mapping\": \"", "\"mapping\": \"cube-", ["axis mu", "not a mapping"]),
+        (
+            "\"max\": 1.0,\n          \"size\"",
+            "\"max\": -1.0,\n          \"size\"",
+            ["axis mu", "-1"],
+        ),
+        (
+            "\"parameter\": \"mu\"",
+            "\"parameter\": \"nu\"",
+            ["lobe.rho_hd", "other axes"],
+        ),
+    ] {
+        assert!(manifest.contains(from), "{from} in {manifest}");
+        std::fs::write(at.join(here), manifest.replace(from, to)).unwrap();
+        refused(
+            &["shader", "lobe.toml", "--tables", "tables"],
+            &[&reasons[..], &[here]].concat(),
+        );
+    }
 }

@@ -179,31 +179,34 @@ impl Writer<'_> {
         let is_coupled = |term: &&&Term| term.base.is_some() && side == Lobe::Reflection;
         let arguments = self.arguments(terms, &[""]);
         let plain: Vec<&Term> = terms.iter().filter(|term| !is_coupled(term)).copied().collect();
-        let mut body = self.sum(&plain, "rho", |term| {
-            let rho = self.rho(term, "");
-            term.base
-                .map_or(rho.clone(), |base| scaled(base.ks.value() * base.outer.value(), &rho))
-        });
-        let mut total = String::from("rho");
+        let mut body = String::new();
+        let mut total = Vec::new();
+        if !plain.is_empty() {
+            body += &self.sum(&plain, "rho", |term| {
+                let rho = self.rho(term, "");
+                match term.base {
+                    // what a lobe under a coupling sends through the surface
+                    Some(base) => scaled(base.ks.value() * base.outer.value(), &rho),
+                    None => rho,
+                }
+            });
+            total.push("rho".to_owned());
+        }
         let mut bases: Vec<Base> = terms.iter().filter(is_coupled).filter_map(|term| term.base).collect();
         bases.dedup_by_key(|base| base.index);
         for base in bases {
-            let (rho, mean, index) = (
-                format!("rho_{}", base.index),
-                format!("mean_{}", base.index),
-                base.index,
-            );
-            let coupled = self.of_base(index);
-            body += &self.sum(&coupled, &rho, |term| self.rho(term, ""));
-            let (ks, kd) = (vector(base.ks.value()), vector(base.kd.value()));
-            let mut under = format!("(vec3f(1.0) - {ks} * {rho}) * {kd}");
+            let (spent, mean) = (format!("spent_{}", base.index), format!("mean_{}", base.index));
+            let coupled = self.of_base(base.index);
+            let ks = base.ks.value();
+            body += &self.sum(&coupled, &spent, |term| scaled(ks, &self.rho(term, "")));
+            let mut under = format!("{} * (vec3f(1.0) - {spent})", vector(base.kd.value()));
             if base.coupling == Coupling::Mikkelsen {
-                body += &self.sum(&coupled, &mean, |term| self.mean(term));
-                under += &format!(" * (vec3f(1.0) - {ks} * {mean})");
+                body += &self.sum(&coupled, &mean, |term| scaled(ks, &self.mean(term)));
+                under += &format!(" * (vec3f(1.0) - {mean})");
             }
-            let outer = vector(base.outer.value());
-            total += &format!("\n        + {outer} * ({ks} * {rho} + {under})");
+            total.push(scaled(base.outer.value(), &format!("({spent} + {under})")));
         }
+        let total = total.join("\n        + ");
         let name = format!("albedo_{}_{}", side.name(), self.name);
         let meaning = format!("rho_hd of {}, {}", self.shown(), side.name());
         body += &format!("    return {total};\n");

@@ -98,7 +98,7 @@ impl SceneShader {
         if self.tables.is_empty() {
             return head + "// No table is needed: closed forms say all.\n\n";
         }
-        head += "//\n// Every texture: linear filter, clamp to edge, no mipmaps, not sRGB. Level 0 is read, from any stage.\n";
+        head += "//\n// Every texture: linear filter, clamp to edge, no mipmaps, not sRGB: one sampler serves all. Level 0 is\n// read, from any stage. A shader that uses few of the functions needs few of the textures; most systems bind 16.\n";
         head += "// Formats: 16-bit floats, or 32-bit floats where they can be filtered; rgba where there is none for rgb.\n";
         for TableSampler { layout, sampler } in &self.tables {
             let (index, texture) = (sampler.index, &sampler.texture);

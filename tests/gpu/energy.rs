@@ -80,7 +80,7 @@ fn energy_is_conserved_as_stated() {
         };
         let (albedo, mean) = (&albedo.sampler.function, &mean.sampler.function);
         let lobe = format!(
-            "furnace_f(FurnaceLobe(FURNACE_GGX, FURNACE_SMITH_CORRELATED, FURNACE_FRESNEL_NONE, {alpha:?}, vec3f(1.0), \
+            "furnace_f(FurnaceLobe(FURNACE_GGX, FURNACE_SMITH_CORRELATED, 0u, {alpha:?}, vec3f(1.0), \
              vec3f(0.0), vec3f(0.0)), wo, wi)"
         );
         let e = |direction: &str| format!("{albedo}({direction}.z).y");
