@@ -8,6 +8,7 @@ mod lobes;
 mod number;
 mod plan;
 mod rho;
+mod shader;
 mod verify;
 
 use clap::{Args, Parser, Subcommand};
@@ -32,6 +33,7 @@ Examples:
   furnace verify --tables outputs/default   whether models and tables keep their promises
   furnace cost --quick                      what accuracy costs in time, with charts
   furnace inspect outputs/default/FILE.exr  what a table holds
+  furnace shader --tables outputs/default   functions that sample the tables, to paste into a shader
 
 rho_hd is the share of light from one direction that a material reflects into all others; rho_hh is its mean.
 Every number comes with an error: a bound (quadrature), a 99 % interval (Monte Carlo), or rounding alone (closed forms).
@@ -75,6 +77,8 @@ enum Command {
     Cost(cost::Cost),
     /// Say what a table holds, how it was made, its range and its error.
     Inspect(inspect::Inspect),
+    /// Write functions that sample the tables of a scene and evaluate its materials, in WGSL, GLSL, HLSL or MSL.
+    Shader(shader::ShaderCommand),
 }
 
 /// What all commands that compute have in common.
@@ -179,6 +183,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Command::Verify(verify) => return verify.run(),
         Command::Cost(cost) => cost.run()?,
         Command::Inspect(inspect) => inspect.run()?,
+        Command::Shader(shader) => shader.run()?,
     }
     Ok(Outcome::Good)
 }
