@@ -331,7 +331,11 @@ fn furnace_scale_bias(pair: vec2f) -> vec2f {
 fn furnace_oren_nayar(a: f32, b: f32, mu: f32) -> f32 {
     let cosine = clamp(mu, 0.0, 1.0);
     let sine = sqrt((1.0 - cosine) * (1.0 + cosine));
-    let below = 0.5 * sine * (acos(cosine) - sine * cosine);
+    // acos of the languages may be off by 7e-5; this is off by 2e-8 [Abramowitz and Stegun 1964, 4.4.46]
+    let high = 0.030891881 + cosine * (-0.0170881256 + cosine * (0.0066700901 - cosine * 0.0012624911));
+    let series = 1.570796305 + cosine * (-0.2145988016 + cosine * (0.0889789874 + cosine * (-0.0501743046 + cosine * high)));
+    let angle = sqrt(1.0 - cosine) * series;
+    let below = 0.5 * sine * (angle - sine * cosine);
     let above = sine * cosine * (1.0 + sine * (1.0 + sine)) / (3.0 * (1.0 + sine));
     return a + b * (2.0 * FURNACE_ONE_OVER_PI) * (below + above);
 }

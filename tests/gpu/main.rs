@@ -7,3 +7,4 @@ mod brdfs;
 mod device;
 mod energy;
 mod lookups;
+mod materials;
