@@ -9,6 +9,7 @@ mod number;
 mod plan;
 mod rho;
 mod verify;
+mod view;
 
 use clap::{Args, Parser, Subcommand};
 use std::error::Error;
@@ -31,6 +32,7 @@ Examples:
   furnace rho --theta-deg 0,60,85           directional albedo at three angles
   furnace verify --tables outputs/default   whether models and tables keep their promises
   furnace cost --quick                      what accuracy costs in time, with charts
+  furnace view                              a page for a browser: lobes, tables and furnace
   furnace inspect outputs/default/FILE.exr  what a table holds
 
 rho_hd is the share of light from one direction that a material reflects into all others; rho_hh is its mean.
@@ -73,6 +75,8 @@ enum Command {
     Verify(verify::Verify),
     /// Show what accuracy costs in time: error against seconds, table size and storage, with charts.
     Cost(cost::Cost),
+    /// Make a page for a browser that shows the tables of a scene at work.
+    View(view::View),
     /// Say what a table holds, how it was made, its range and its error.
     Inspect(inspect::Inspect),
 }
@@ -178,6 +182,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Command::Rho(rho) => rho.run()?,
         Command::Verify(verify) => return verify.run(),
         Command::Cost(cost) => cost.run()?,
+        Command::View(view) => view.run()?,
         Command::Inspect(inspect) => inspect.run()?,
     }
     Ok(Outcome::Good)
