@@ -18,7 +18,7 @@ const seen = { complaints: [], requests: [], reads: [], keyboard: null, widths: 
 async function open(options) {
   const context = await browser.newContext(options);
   const page = await context.newPage();
-  page.on("console", (message) => ["error", "warning"].includes(message.type()) && seen.complaints.push(message.text()));
+  page.on("console", (message) => message.type() === "error" && seen.complaints.push(message.text()));
   page.on("pageerror", (error) => seen.complaints.push(String(error)));
   page.on("request", (request) => seen.requests.push(request.url()));
   await page.goto(address);

@@ -1,8 +1,9 @@
 // The white furnace: int f(wo, wi) cos theta_i dwi, what a direction sees of a surface in an environment of radiance 1.
 //
 // The lobe is integrated over its half vectors, drawn by their own distribution: with 1 - P(theta_h) = s^2 and azimuths psi,
-//   int f cos theta_i dwi = (1/pi) int_0^pi dpsi int_0^1 2 s ds  f cos theta_i 4 (o.h) / p(h),
-// the midpoint rule in both. s and not s^2, since f cos theta_i / p is smooth in s where h nears the horizon. What depends on
+//   int f cos theta_i dwi = int_0^1 2 s ds (1/pi) int_0^reach dpsi  f cos theta_i 4 (o.h) / p(h),
+// the midpoint rule in y and x with s = c(y), psi = reach c(x), c(x) = x^3 (10 - 15 x + 6 x^2): points crowd towards the ends, where
+// h nears the normal or the horizon, or wi the surface, and c' and c'' vanish there, as the rule likes it. What depends on
 // cosines alone is integrated over t = sqrt(mu_i), along which the tables are linear between texels.
 
 uniform float u_mu;    // the cosine, or -1 for a strip of them, uniform in theta
@@ -12,6 +13,15 @@ out uvec4 o_bits;      // the bits of floats: targets of integers need no extens
 const int POLAR = 96;
 const int AZIMUTHS = 48;
 const int COSINES = 128;
+
+float crowded(float x) {
+    return x * x * x * (10.0 + x * (6.0 * x - 15.0));
+}
+
+float crowding(float x) {
+    float rest = x * (1.0 - x);
+    return 30.0 * rest * rest;
+}
 
 // sin and cos of theta_h, and p(h), where 1 - P(theta_h) = s^2.
 vec3 half_vector(float s) {
@@ -35,21 +45,28 @@ vec3 half_vector(float s) {
 
 vec3 lobe_part(vec3 wo) {
     FurnaceLobe lobe = lobe();
+    float mu = wo.z;
     vec3 sum = vec3(0.0);
     for (int j = 0; j < POLAR; j++) {
-        float s = (float(j) + 0.5) / float(POLAR);
+        float y = (float(j) + 0.5) / float(POLAR);
+        float s = crowded(y);
         vec3 polar = half_vector(s);
+        // wi lies above the surface up to this azimuth
+        float edge = mu * (1.0 - 2.0 * polar.y * polar.y) / (2.0 * polar.x * polar.y * max(wo.x, 1e-6));
+        float reach = acos(clamp(edge, -1.0, 1.0));
         vec3 ring = vec3(0.0);
         for (int k = 0; k < AZIMUTHS; k++) {
-            float psi = PI * (float(k) + 0.5) / float(AZIMUTHS);
+            float x = (float(k) + 0.5) / float(AZIMUTHS);
+            float psi = reach * crowded(x);
             vec3 h = vec3(polar.x * cos(psi), polar.x * sin(psi), polar.y);
             float cos_d = dot(wo, h);
             vec3 wi = 2.0 * cos_d * h - wo;
             if (cos_d > 0.0 && wi.z > 0.0) {
-                ring += furnace_f(lobe, wo, wi) * (wi.z * cos_d);
+                ring += furnace_f(lobe, wo, wi) * (wi.z * cos_d * crowding(x));
             }
         }
-        sum += ring * (2.0 * s / polar.z);
+        ring *= reach / PI;
+        sum += ring * (2.0 * s * crowding(y) / polar.z);
     }
     return sum * (4.0 / float(POLAR * AZIMUTHS));
 }

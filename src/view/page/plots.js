@@ -1,7 +1,7 @@
 // Plots with axes, units and legends, as SVG: sharp at every size, and their text takes the page's font and colour.
 
 const SVG = "http" + "://www.w3.org/2000/svg"; // a name, and no address
-const FRAME = { width: 400, height: 300, left: 52, right: 14, top: 14, bottom: 44 };
+const FRAME = { width: 340, height: 280, left: 50, right: 12, top: 24, bottom: 42 };
 
 function element(parent, name, attributes, text) {
   const node = document.createElementNS(SVG, name);
@@ -22,10 +22,24 @@ function ticks(low, high, count) {
   return Array.from({ length: last - first + 1 }, (_, i) => [(first + i) * step, ((first + i) * step).toFixed(digits)]);
 }
 
+// Round values of an axis of roughness, as many as have room.
+function marksOf(axis) {
+  const round = [-3, -2, -1, 0, 1, 2, 3, 4, 5].flatMap((power) => [1, 2, 5].map((digit) => digit * 10 ** power));
+  const inside = (values) => values.filter((value) => value >= axis.min * 0.9999 && value <= axis.max * 1.0001);
+  const place = (value) => coordinate(axis, value);
+  const chosen = [];
+  // powers of ten first, the others where they leave room
+  for (const value of [...inside([0, ...round.filter((_, i) => i % 3 === 0)]), ...inside(round)]) {
+    if (chosen.every((other) => Math.abs(place(other) - place(value)) > 0.09)) chosen.push(value);
+  }
+  return chosen.map((value) => [place(value), String(Number(value.toPrecision(2)))]);
+}
+
 // A number with few digits.
 function short(value) {
   const size = Math.abs(value);
   if (size === 0) return "0";
+  if (size >= 1e3 && size < 1e5) return String(Math.round(value));
   if (size >= 1e5 || size < 1e-3) return value.toExponential(1).replace("e+", "e");
   return String(Number(value.toPrecision(3)));
 }
@@ -93,22 +107,23 @@ function plotEnergy(svg, { strip, predicted, theta, isGrey }) {
 // A map over (sqrt mu, roughness) with a scale beside it.
 function plotMap(svg, { width, height, colour, axis, row, scale, label }) {
   const mus = [0, 0.05, 0.2, 0.5, 1].map((mu) => [mu, String(mu)]);
-  const marks = [0, 0.25, 0.5, 0.75, 1].map((u) => [u, short(valueAt(axis, u))]);
   const plot = axes(svg, {
     xTicks: mus,
-    yTicks: marks,
-    xLabel: "mu = cos(angle), spaced by its root",
+    yTicks: marksOf(axis),
+    xLabel: "mu, cosine of the angle",
     yLabel: axis.name,
     x: Math.sqrt,
     y: (u) => u,
-    right: 84,
+    right: 80,
   });
   const image = { x: plot.left, y: plot.top, width: plot.width, height: plot.height, preserveAspectRatio: "none" };
   element(plot.data, "image", { ...image, href: imageOf(width, height, colour), class: "texels" });
   const at = plot.py(row);
-  element(plot.data, "line", { class: "chosen", x1: plot.left, x2: plot.left + plot.width, y1: at, y2: at });
+  for (const kind of ["under", "over"]) {
+    element(plot.data, "line", { class: `row ${kind}`, x1: plot.left, x2: plot.left + plot.width, y1: at, y2: at });
+  }
   // the scale of colours
-  const [x, barWidth] = [FRAME.width - 70, 12];
+  const [x, barWidth] = [FRAME.width - 68, 12];
   const bar = { x, y: plot.top, width: barWidth, height: plot.height, preserveAspectRatio: "none" };
   element(plot.data, "image", { ...bar, href: imageOf(1, 128, (_, j) => scale.colour(j / 127)) });
   element(plot.frame, "rect", { x, y: plot.top, width: barWidth, height: plot.height, class: "frame" });
@@ -117,7 +132,7 @@ function plotMap(svg, { width, height, colour, axis, row, scale, label }) {
     element(plot.frame, "line", { x1: x + barWidth, x2: x + barWidth + 4, y1: y, y2: y });
     element(plot.frame, "text", { x: x + barWidth + 7, y: y + 4 }, text);
   }
-  element(plot.frame, "text", { x: FRAME.width - 4, y: FRAME.height - 8, "text-anchor": "end" }, label);
+  element(plot.frame, "text", { x: FRAME.width - 4, y: 14, "text-anchor": "end" }, label);
 }
 
 // The texels of one channel.

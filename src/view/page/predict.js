@@ -109,7 +109,7 @@ function compensated(settings, albedos) {
 
 // 2 int rho(mu) mu dmu = 4 int rho(t^2) t^3 dt, the midpoint rule.
 function meanOf(rho) {
-  const COUNT = 512;
+  const COUNT = 256;
   const sum = [0, 0, 0];
   for (let k = 0; k < COUNT; k++) {
     const t = (k + 0.5) / COUNT;
