@@ -72,11 +72,12 @@ fn free_cases() -> Vec<Case> {
                 let name = format!("any {}, {}", family.name(), masking.name());
                 let mut add = |r0: f64, coupling: &str, compensation: &str, truth: f64| {
                     let place = cases.len();
+                    let (size, storage) = (sizes[(i + j + place) % 5], ["f32", "f16"][place % 2]);
                     cases.push(Case {
                         choice: json!({
                             "material": name, "roughness": roughness, "mu": mu, "r0": r0, "ks": 1, "kd": 1,
                             "coupling": coupling, "compensation": compensation,
-                            "size": sizes[(i + j + place) % 5], "storage": ["f32", "f16"][place % 2],
+                            "size": size, "storage": storage,
                         }),
                         truth: DVec3::splat(truth),
                     });
@@ -132,6 +133,7 @@ fn triple(value: &Value) -> DVec3 {
 fn assert_reads(cases: &[Case], reads: &[Value]) {
     assert_eq!(cases.len(), reads.len());
     let mut least = [f64::INFINITY; 2];
+    let mut worst = [0.0_f64; 2];
     for (Case { choice, truth }, read) in cases.iter().zip(reads) {
         let (shader, expected) = (triple(&read["shader"]), triple(&read["expected"]));
         let error = read["error"].as_f64().unwrap();
@@ -145,6 +147,9 @@ fn assert_reads(cases: &[Case], reads: &[Value]) {
             off <= error + BETWEEN,
             "{choice}: reads {shader} for {truth}, off by {off:e}, stated {error:e}"
         );
+        if choice["compensation"] == "none" && choice["coupling"] == "none" {
+            worst[1] = worst[1].max(off);
+        }
         // a stated error that is always large would make that hold of anything
         let size = choice["size"].as_u64().unwrap();
         if size >= 64 {
@@ -152,8 +157,12 @@ fn assert_reads(cases: &[Case], reads: &[Value]) {
         }
         least = [least[0].min(truth.min_element()), least[1].min(error)];
     }
+    eprintln!(
+        "predictions are off by {:.1e} at most, the shader's rule by {:.1e}",
+        worst[0], worst[1]
+    );
     // there were cases with much lost and with tables that are good
-    assert!(least[0] < 0.6 && least[1] < 2e-3, "{least:?}");
+    assert!(least[0] < 0.6 && least[1] < 1e-3, "{least:?}");
 }
 
 fn assert_keyboard(seen: &Value) {

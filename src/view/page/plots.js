@@ -1,7 +1,7 @@
 // Plots with axes, units and legends, as SVG: sharp at every size, and their text takes the page's font and colour.
 
 const SVG = "http" + "://www.w3.org/2000/svg"; // a name, and no address
-const FRAME = { width: 340, height: 280, left: 54, right: 12, top: 24, bottom: 42 };
+const FRAME = { width: 340, height: 280, left: 58, right: 12, top: 24, bottom: 42 };
 
 function element(parent, name, attributes, text) {
   const node = document.createElementNS(SVG, name);
@@ -64,7 +64,7 @@ function axes(svg, { xTicks, yTicks, xLabel, yLabel, x, y, right = FRAME.right }
   }
   element(frame, "rect", { x: left, y: top, width, height, class: "frame" });
   element(frame, "text", { x: left + width / 2, y: FRAME.height - 8, "text-anchor": "middle" }, xLabel);
-  const [cx, cy] = [10, top + height / 2];
+  const [cx, cy] = [11, top + height / 2];
   element(frame, "text", { x: cx, y: cy, "text-anchor": "middle", transform: `rotate(-90 ${cx} ${cy})` }, yLabel);
   return { data, frame, px, py, left, top, width, height };
 }

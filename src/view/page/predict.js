@@ -3,7 +3,7 @@
 const COUPLINGS = ["none", "mikkelsen", "energy-preserving"];
 const COMPENSATIONS = ["none", "kulla-conty", "turquin"];
 // What the shader's rule errs by at most, measured over all families, roughnesses and angles.
-const RULE_ERROR = 2e-3;
+const RULE_ERROR = 5e-4;
 const RGB = [0, 1, 2];
 
 const triple = (value) => (Array.isArray(value) ? value : [value, value, value]);
