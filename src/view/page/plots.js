@@ -98,6 +98,11 @@ function plotEnergy(svg, { strip, predicted, theta, isGrey }) {
       if (Number.isFinite(value)) points.push(`${plot.px(((i + 0.5) * 90) / (strip.length / 4)).toFixed(2)},${plot.py(value).toFixed(2)}`);
     }
     element(plot.data, "polyline", { class: `curve ${name}`, points: points.join(" ") });
+    // the letter tells what the colour alone would not
+    if (!isGrey) {
+      const first = plot.py(predicted[0][1][channel]);
+      element(plot.data, "text", { class: `letter ${name}`, x: plot.left + 5 + 10 * channel, y: first - 6 }, name[0].toUpperCase());
+    }
     for (const [angle, value] of predicted) {
       element(plot.data, "circle", { class: `point ${name}`, cx: plot.px(angle), cy: plot.py(value[channel]), r: 2.4 });
     }
