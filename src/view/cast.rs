@@ -327,7 +327,7 @@ mod tests {
             let error = cast(&lobe("a", distribution, masking, none)).unwrap_err().to_string();
             assert!(error.contains(reason) && error.contains("`a` is not shown"), "{error}");
         }
-        assert!(cast("").unwrap_err().to_string().contains("no material"));
+        assert!(Cast::new(&[]).unwrap_err().to_string().contains("the scene has no material"));
     }
 
     #[test]
