@@ -10,6 +10,7 @@
 //! | table | [`table`] | texels | a lookup, its error at and between texels, its range |
 //! | export | [`export`] | tables | OpenEXR files and a manifest |
 //!
+//! [`shader`] writes what samples the tables of a plan, [`compensation`] has the formulae that the samples are for.
 //! [`verify`], [`cost`] and [`view`] stand beside them, above [`integrate`]: the first tests models and tables, the second
 //! measures what accuracy costs in time, the third makes a page that shows tables at work; nothing below imports them.
 //!
@@ -65,6 +66,7 @@
 //! - [ITU-R BT.709-6] International Telecommunication Union, *Parameter values for the HDTV standards*.
 //! - [Johnson 1978] N. Johnson, *Modified t tests and confidence intervals for asymmetrical populations*, Journal of the
 //!   American Statistical Association 73.
+//! - [Kulla and Conty 2017] C. Kulla, A. Conty, *Revisiting physically based shading at Imageworks*, SIGGRAPH course.
 //! - [Matusik et al. 2003] W. Matusik, H. Pfister, M. Brand, L. McMillan, *A data-driven reflectance model*, SIGGRAPH.
 //! - [Maurer and Pontil 2009] A. Maurer, M. Pontil, *Empirical Bernstein bounds and sample-variance penalization*, COLT.
 //! - [Mikkelsen 2009] M. Mikkelsen, *Microfacet Based Bidirectional Reflectance Distribution Function*.
@@ -84,6 +86,7 @@
 //! - [Todhunter 1886] I. Todhunter, *Spherical Trigonometry*, fifth edition.
 //! - [Stouffer et al. 1949] S. Stouffer et al., *The American Soldier*, volume 1, on adding up scores of tests.
 //! - [Steele et al. 2014] G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, OOPSLA.
+//! - [Turquin 2019] E. Turquin, *Practical multiple scattering compensation for microfacet models*, Industrial Light & Magic.
 //! - [Walter et al. 2007] B. Walter, S. Marschner, H. Li, K. Torrance, *Microfacet models for refraction through rough
 //!   surfaces*, Eurographics Symposium on Rendering.
 //! - [Walsh 1926] J. Walsh, *The reflection factor of a polished glass surface for diffused light*, Illumination Research
@@ -97,6 +100,7 @@
 //! [CIE 015:2018]: #bibliography
 //! [ITU-R BT.709-6]: #bibliography
 //! [Johnson 1978]: #bibliography
+//! [Kulla and Conty 2017]: #bibliography
 //! [Matusik et al. 2003]: #bibliography
 //! [Maurer and Pontil 2009]: #bibliography
 //! [Mikkelsen 2009]: #bibliography
@@ -114,12 +118,14 @@
 //! [Todhunter 1886]: #bibliography
 //! [Stouffer et al. 1949]: #bibliography
 //! [Steele et al. 2014]: #bibliography
+//! [Turquin 2019]: #bibliography
 //! [Walter et al. 2007]: #bibliography
 //! [Walsh 1926]: #bibliography
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod bxdf;
+pub mod compensation;
 #[allow(clippy::disallowed_methods)] // its times differ from run to run anyway
 pub mod cost;
 pub mod distribution;
@@ -136,6 +142,7 @@ pub mod plan;
 pub mod printable;
 mod regular;
 pub mod scene;
+pub mod shader;
 pub mod spectrum;
 pub mod table;
 #[allow(clippy::disallowed_methods)] // nothing of it goes into a table

@@ -47,6 +47,11 @@ impl OrenNayar {
         self.sigma_deg
     }
 
+    /// A and B.
+    pub fn coefficients(&self) -> [f64; 2] {
+        [self.a, self.b]
+    }
+
     /// rho_hd at a direction with cosine `mu` in [0, 1], exact to a few roundings.
     ///
     /// The azimuth gives int max(0, cos phi) dphi = 2. With s, c the sine and cosine of theta_o, what is left of

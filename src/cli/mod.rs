@@ -8,6 +8,7 @@ mod lobes;
 mod number;
 mod plan;
 mod rho;
+mod shader;
 mod verify;
 mod view;
 
@@ -34,6 +35,7 @@ Examples:
   furnace cost --quick                      what accuracy costs in time, with charts
   furnace view                              a page for a browser: lobes, tables and furnace
   furnace inspect outputs/default/FILE.exr  what a table holds
+  furnace shader --tables outputs/default   functions that sample the tables, to paste into a shader
 
 rho_hd is the share of light from one direction that a material reflects into all others; rho_hh is its mean.
 Every number comes with an error: a bound (quadrature), a 99 % interval (Monte Carlo), or rounding alone (closed forms).
@@ -79,6 +81,8 @@ enum Command {
     View(view::View),
     /// Say what a table holds, how it was made, its range and its error.
     Inspect(inspect::Inspect),
+    /// Write functions that sample the tables of a scene and evaluate its materials, in WGSL, GLSL, HLSL or MSL.
+    Shader(shader::ShaderCommand),
 }
 
 /// What all commands that compute have in common.
@@ -184,6 +188,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Command::Cost(cost) => cost.run()?,
         Command::View(view) => view.run()?,
         Command::Inspect(inspect) => inspect.run()?,
+        Command::Shader(shader) => shader.run()?,
     }
     Ok(Outcome::Good)
 }

@@ -327,7 +327,12 @@ mod tests {
             let error = cast(&lobe("a", distribution, masking, none)).unwrap_err().to_string();
             assert!(error.contains(reason) && error.contains("`a` is not shown"), "{error}");
         }
-        assert!(Cast::new(&[]).unwrap_err().to_string().contains("the scene has no material"));
+        assert!(
+            Cast::new(&[])
+                .unwrap_err()
+                .to_string()
+                .contains("the scene has no material")
+        );
     }
 
     #[test]

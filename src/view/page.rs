@@ -10,9 +10,11 @@ use super::data;
 use super::sheets::Sheets;
 use crate::export::VERSION;
 use crate::printable::printable;
+use crate::shader::{self, Language, ShaderError};
 use crate::table::axis::AxisError;
 use serde_json::json;
 use sha2::{Digest, Sha256};
+use thiserror::Error;
 
 const TEMPLATE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
@@ -25,16 +27,27 @@ const SCRIPTS: [&str; 6] = [
     include_str!("page/plots.js"),
     include_str!("page/page.js"),
 ];
-/// The functions of lobes, couplings and compensation that every shader of the page begins with.
-const LIBRARY: &str = include_str!("page/library.glsl");
+
+/// Why there is no page.
+#[derive(Debug, Error)]
+pub enum PageError {
+    /// A surface without an axis; those that sheets were made for have one.
+    #[error(transparent)]
+    Axis(#[from] AxisError),
+    /// The library of shader functions was refused.
+    #[error(transparent)]
+    Shader(#[from] ShaderError),
+}
 
 /// The page of `cast`, whose sheets are `sheets`, as HTML.
 ///
 /// # Errors
-/// [`AxisError`] where a surface has no axis; those that sheets were made for have one.
-pub fn html(scene: &str, cast: &Cast, sheets: &[Vec<Sheets>]) -> Result<String, AxisError> {
+/// [`PageError`]
+pub fn html(scene: &str, cast: &Cast, sheets: &[Vec<Sheets>]) -> Result<String, PageError> {
     let mut value = data::json(scene, cast, sheets)?;
-    let material = [LIBRARY, include_str!("page/material.glsl")].concat();
+    // lobes, couplings and compensation, the same text that renderers get
+    let library = shader::library(Language::GlslEs)?;
+    let material = format!("{library}\n{}", include_str!("page/material.glsl"));
     value["shaders"] = json!({
         "corners": include_str!("page/corners.vert.glsl"),
         "material": material,

@@ -1,0 +1,261 @@
+//! Shader texts: every language compiles, and reads as if a person had written it.
+
+use std::process::Command;
+use whitefurnace::plan::{Economy, Plan, Request};
+use whitefurnace::scene::Scene;
+use whitefurnace::shader::{Language, SceneShader, library, translate};
+use whitefurnace::table::axis::Mapping;
+
+/// Whether glslangValidator takes `text`; `None`, with a word, where it is not installed.
+fn glslang(text: &str, arguments: &[&str], name: &str) -> Option<Result<(), String>> {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    match Command::new("glslangValidator").args(arguments).arg(&path).output() {
+        Ok(output) if output.status.success() => Some(Ok(())),
+        Ok(output) => Some(Err(String::from_utf8_lossy(&output.stdout).into_owned())),
+        Err(_) => {
+            eprintln!("skipped: glslangValidator is not installed");
+            None
+        }
+    }
+}
+
+/// A program around functions: what a person adds to them, who calls one of each kind.
+fn program(language: Language, functions: &str) -> (String, Vec<&'static str>, &'static str) {
+    match language {
+        Language::GlslEs => (
+            format!(
+                "#version 300 es\nprecision highp float;\nprecision highp int;\n{functions}\nout vec4 colour;\n\
+                 void main() {{\n    FurnaceLobe lobe;\n    lobe.family = FURNACE_GGX;\n    lobe.roughness = 0.3;\n    \
+                 lobe.masking = FURNACE_SMITH_CORRELATED;\n    lobe.fresnel = FURNACE_SCHLICK;\n    lobe.reflectance = vec3(1.0);\n    \
+                 lobe.eta = vec3(0.04);\n    lobe.k = vec3(0.0);\n    \
+                 colour = vec4(furnace_f(lobe, vec3(0.0, 0.0, 1.0), vec3(0.6, 0.0, 0.8)), 1.0);\n}}\n"
+            ),
+            vec!["-S", "frag"],
+            "library.frag",
+        ),
+        Language::Glsl => (
+            format!(
+                "#version 450\n{functions}\nlayout(location = 0) out vec4 colour;\n\
+                 void main() {{\n    colour = vec4(furnace_turquin(vec3(0.5), 0.8), 1.0);\n}}\n"
+            ),
+            vec!["-S", "frag"],
+            "library.frag",
+        ),
+        Language::Hlsl => (
+            format!(
+                "{functions}\nfloat4 main() : SV_Target\n{{\n    FurnaceLobe lobe = (FurnaceLobe)0;\n    \
+                 return float4(furnace_f(lobe, float3(0.0, 0.0, 1.0), float3(0.6, 0.0, 0.8)), 1.0);\n}}\n"
+            ),
+            vec!["-D", "-V", "-S", "frag", "-e", "main", "-o", "/dev/null"],
+            "library.hlsl",
+        ),
+        Language::Wgsl | Language::Msl => unreachable!("glslang does not read it"),
+    }
+}
+
+#[test]
+fn the_library_compiles_in_the_languages_that_glslang_reads() {
+    for language in [Language::GlslEs, Language::Glsl, Language::Hlsl] {
+        let (text, arguments, name) = program(language, &library(language).unwrap());
+        match glslang(&text, &arguments, name) {
+            Some(Err(message)) => panic!("{}: {message}\n{text}", language.name()),
+            Some(Ok(())) => {}
+            None => return,
+        }
+        // and the compiler does look
+        let broken = text.replacen("return", "retrun", 1);
+        assert!(glslang(&broken, &arguments, name).unwrap().is_err());
+    }
+}
+
+#[test]
+fn libraries_are_functions_that_can_be_pasted() {
+    for language in Language::ALL {
+        let text = library(language).unwrap();
+        for foreign in [
+            "void main",
+            "#version",
+            "precision ",
+            "naga",
+            "_group_",
+            "@fragment",
+            "_pad",
+            "simd",
+        ] {
+            assert!(!text.contains(foreign), "{}: {foreign}", language.name());
+        }
+        for function in [
+            "furnace_fresnel(",
+            "furnace_f(",
+            "furnace_base(",
+            "furnace_kulla_conty(",
+            "furnace_turquin(",
+            "furnace_albedo_schlick(",
+            "furnace_scale_bias(",
+        ] {
+            assert!(text.contains(function), "{}: {function}", language.name());
+        }
+        assert!(
+            text.contains("// Schlick's r0 + (1 - r0) (1 - cos)^5."),
+            "{}",
+            language.name()
+        );
+        assert!(!text.contains("r0_"), "{}: {text}", language.name());
+        // every name begins alike: others may define theirs beside it
+        let defined = text
+            .lines()
+            .filter(|line| !line.starts_with([' ', '}', '/', '#', '{']) && !line.starts_with("using "));
+        for line in defined.filter(|line| !line.is_empty()) {
+            assert!(
+                line.to_lowercase().contains("furnace") || line.starts_with(')'),
+                "{}: {line}",
+                language.name()
+            );
+        }
+    }
+}
+
+#[test]
+fn wrong_sources_are_refused_with_the_place() {
+    for language in Language::ALL {
+        let wrong = translate("fn f(x: f32) -> f32 { return x + y; }", language)
+            .unwrap_err()
+            .to_string();
+        assert!(wrong.contains('y') && wrong.contains("wgsl:1:"), "{wrong}");
+        // what the parser alone lets pass
+        let wrong = translate("fn f(x: f32) -> vec2f { return x; }", language);
+        assert!(wrong.is_err(), "{wrong:?}");
+    }
+}
+
+/// Two functions that use one name, a name with a digit, and a reserved one.
+#[test]
+fn counters_go_and_meanings_stay() {
+    let wgsl = "// Head.\n\n// First.\nfn one(x: f32, r0: f32) -> f32 { let step = x * r0; return step + x; }\n\
+                // Second.\nfn two(x: f32) -> f32 { let step = one(x, x); if x > 0.0 { let x = step; return x; } return x; }\n";
+    for language in Language::ALL {
+        let text = translate(wgsl, language).unwrap();
+        assert!(text.contains("// Head.") && text.contains("// First.\n") && text.contains("// Second.\n"));
+        assert!(!text.contains("r0_") && text.contains("r0"), "{text}");
+    }
+    let glsl = translate(wgsl, Language::GlslEs).unwrap();
+    assert!(glsl.contains("float two(float x)"), "{glsl}");
+    // `step` is a function of GLSL
+    assert!(!glsl.contains("float step "), "{glsl}");
+}
+
+/// The built-in scene and materials with names that no language takes.
+fn scenes() -> Vec<SceneShader> {
+    let odd = r#"
+[[material]]
+name = "discard; 金 2"
+bxdf = { type = "fresnel-specular", eta_b = 1.5, transport = "radiance" }
+[[material]]
+name = "Discard - 2"
+bxdf = { type = "sum", bxdfs = [{ type = "oren-nayar", reflectance = 0.5, sigma_deg = 20.0 }, { type = "specular-reflection", fresnel = { type = "conductor", eta = 0.2, k = 3.9 }, reflectance = 0.4 }] }
+[[material]]
+name = "main"
+bxdf = { type = "brdf-to-btdf", bxdf = { type = "lambertian", reflectance = [0.1, 0.2, 0.3] } }
+[[material]]
+name = "coated"
+bxdf = { type = "diffuse-specular", coupling = "energy-preserving", ks = 0.5, kd = [0.1, 0.5, 0.9], specular = { type = "sum", bxdfs = [
+    { type = "microfacet", distribution = { type = "ggx", alpha = 0.3 }, masking = "smith", fresnel = { type = "schlick", r0 = 0.04 }, reflectance = 0.5 },
+    { type = "microfacet", distribution = { type = "ggx", alpha = 0.6 }, masking = "smith", fresnel = { type = "schlick", r0 = 0.04 }, reflectance = 0.5 }] } }
+"#;
+    let scenes = [Scene::default_scene(), Scene::parse(odd, "odd.toml").unwrap()];
+    let economies = [Economy::FULL, Economy::NONE];
+    let request = |economy| Request {
+        economy,
+        mapping: Some(Mapping::SqrtMu),
+        ..Request::default()
+    };
+    let plans = scenes
+        .iter()
+        .flat_map(|scene| economies.map(|economy| Plan::new(scene, &request(economy)).unwrap()));
+    plans.map(|plan| SceneShader::new(&plan)).collect()
+}
+
+#[test]
+fn shaders_of_scenes_compile_in_every_language() {
+    for shader in scenes() {
+        for language in Language::ALL {
+            let text = shader.text(language).unwrap();
+            for ugly in ["_group_", "nagaSampler", "_fs;", "void main"] {
+                assert!(!text.contains(ugly), "{}: {ugly} in {text}", language.name());
+            }
+            for table in &shader.tables {
+                let named = [&table.sampler.function, &table.sampler.texture, &table.layout.file];
+                assert!(
+                    named.iter().all(|name| text.contains(*name)),
+                    "{}: {named:?} in {text}",
+                    language.name()
+                );
+            }
+            for function in shader.materials.iter().flat_map(|(_, functions)| functions) {
+                let defined = format!("{}(", function.name);
+                assert!(text.contains(&defined), "{}: {defined} in {text}", language.name());
+            }
+            let (head, tail, arguments, name) = match language {
+                Language::GlslEs => (
+                    "#version 300 es\nprecision highp float;\nprecision highp int;\n",
+                    "\nout vec4 colour;\nvoid main() { colour = vec4(1.0); }\n",
+                    vec!["-S", "frag"],
+                    "scene.frag",
+                ),
+                Language::Glsl => (
+                    "#version 450\n",
+                    "\nlayout(location = 0) out vec4 colour;\nvoid main() { colour = vec4(1.0); }\n",
+                    vec!["-S", "frag"],
+                    "scene.frag",
+                ),
+                Language::Hlsl => (
+                    "",
+                    "\nfloat4 main() : SV_Target { return (1.0).xxxx; }\n",
+                    vec!["-D", "-V", "-S", "frag", "-e", "main", "-o", "/dev/null"],
+                    "scene.hlsl",
+                ),
+                Language::Wgsl | Language::Msl => continue,
+            };
+            if let Some(Err(message)) = glslang(&format!("{head}{text}{tail}"), &arguments, name) {
+                panic!("{}: {message}\n{text}", language.name());
+            }
+        }
+    }
+}
+
+/// One function for both materials of nearly one name, and each with what it is made of.
+#[test]
+fn materials_become_functions_of_their_lobes() {
+    let shaders = scenes();
+    let names = |shader: &SceneShader, material: usize| -> Vec<String> {
+        shader.materials[material]
+            .1
+            .iter()
+            .map(|function| function.name.clone())
+            .collect()
+    };
+    let odd = &shaders[2];
+    assert_eq!(
+        names(odd, 0),
+        ["albedo_reflection_discard_2", "albedo_transmission_discard_2"]
+    );
+    assert_eq!(names(odd, 1), ["albedo_reflection_discard_2_2"]);
+    assert_eq!(names(odd, 2), ["albedo_transmission_main"]);
+    assert_eq!(
+        names(odd, 3),
+        ["albedo_reflection_coated", "base_coated", "brdf_coated"]
+    );
+    let text = odd.text(Language::Wgsl).unwrap();
+    // 1/eta^2 of radiance from the near side
+    assert!(
+        text.contains("vec3f(0.44444445) * (1.0 - furnace_dielectric(mu, 1.5))"),
+        "{text}"
+    );
+    assert!(
+        text.contains("furnace_oren_nayar(") && !text.contains("fn furnace_conductor_approximate_"),
+        "{text}"
+    );
+    assert!(text.contains(", 0.3)") && text.contains(", 0.6)"), "{text}");
+}
