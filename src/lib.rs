@@ -11,8 +11,8 @@
 //! | export | [`export`] | tables | OpenEXR files and a manifest |
 //!
 //! [`shader`] writes what samples the tables of a plan, [`compensation`] has the formulae that the samples are for.
-//! [`verify`] and [`cost`] stand beside them, above [`integrate`]: the one tests models and tables, the other measures what
-//! accuracy costs in time; nothing below imports them.
+//! [`verify`], [`cost`] and [`view`] stand beside them, above [`integrate`]: the first tests models and tables, the second
+//! measures what accuracy costs in time, the third makes a page that shows tables at work; nothing below imports them.
 //!
 //! Below them stand, importing nothing above: [`geometry`], [`spectrum`], [`parameter`], [`numerics`], [`printable`],
 //! [`measured`]; on those [`fresnel`],
@@ -148,3 +148,4 @@ pub mod spectrum;
 pub mod table;
 #[allow(clippy::disallowed_methods)] // nothing of it goes into a table
 pub mod verify;
+pub mod view;

@@ -10,6 +10,7 @@ mod plan;
 mod rho;
 mod shader;
 mod verify;
+mod view;
 
 use clap::{Args, Parser, Subcommand};
 use std::error::Error;
@@ -32,6 +33,7 @@ Examples:
   furnace rho --theta-deg 0,60,85           directional albedo at three angles
   furnace verify --tables outputs/default   whether models and tables keep their promises
   furnace cost --quick                      what accuracy costs in time, with charts
+  furnace view                              a page for a browser: lobes, tables and furnace
   furnace inspect outputs/default/FILE.exr  what a table holds
   furnace shader --tables outputs/default   functions that sample the tables, to paste into a shader
 
@@ -75,6 +77,8 @@ enum Command {
     Verify(verify::Verify),
     /// Show what accuracy costs in time: error against seconds, table size and storage, with charts.
     Cost(cost::Cost),
+    /// Make a page for a browser that shows the tables of a scene at work.
+    View(view::View),
     /// Say what a table holds, how it was made, its range and its error.
     Inspect(inspect::Inspect),
     /// Write functions that sample the tables of a scene and evaluate its materials, in WGSL, GLSL, HLSL or MSL.
@@ -182,6 +186,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Command::Rho(rho) => rho.run()?,
         Command::Verify(verify) => return verify.run(),
         Command::Cost(cost) => cost.run()?,
+        Command::View(view) => view.run()?,
         Command::Inspect(inspect) => inspect.run()?,
         Command::Shader(shader) => shader.run()?,
     }
