@@ -171,15 +171,17 @@ impl Profile {
                  this table"
             }
             Self::MaterialX => {
-                "texture(u_albedoTable, vec2(NdotV, alpha)): F0 x + F90 y; sheen in z at (NdotV, sheen roughness)"
+                "texture(u_albedoTable, vec2(NdotV, alpha)): F0 x + F90 y, 1 + F (1/(x + y) - 1); sheen in z at (NdotV, sheen roughness), \
+                 whose alpha is not squared"
             }
             Self::Cycles => {
                 "arrays from end to end, roughness fastest, then mu, then z = sqrt(|ior - 1|/(ior + 1)): E, E_avg, and both for \
                  glass from outside and from inside"
             }
             Self::OpenPbr => {
-                "the specification scales albedos and names no tables: E and 1 - E_avg of the metal, and what a dielectric reflects \
-                 and lets through from outside and inside, at (sqrt mu, r^(3/4), z)"
+                "the specification names no tables. 1 - E and 1 - E_avg of metal are in the layout of Adobe's openpbr-bsdf, cosine \
+                 fastest, then r, from end to end; what a dielectric reflects and lets through is at (sqrt mu, r^(3/4), z), \
+                 z = sqrt(|ior - 1|/(ior + 1)), from end to end"
             }
         }
     }
@@ -334,48 +336,61 @@ fn generic(size: Sizes) -> Vec<Sheet> {
     ]
 }
 
+/// Those of metal are in the layout of Adobe's openpbr-bsdf; its tables of dielectrics have an axis of two halves, which stands here as z.
 fn openpbr(size: Sizes) -> Vec<Sheet> {
-    let (u, v) = (root_mu(size.mu(32)), bent_roughness(size.roughness(32)));
-    let glass = |name, purpose, side| Sheet {
+    let along = |parameter, size| ends(parameter, Mapping::Linear, size);
+    let (mu, roughness) = (Parameter::Mu, Parameter::Roughness);
+    let sheet = |name, purpose, axes: &[Along], channels: &[Term], storage| Sheet {
         name,
         purpose,
         lobe: GGX,
-        axes: vec![
-            root_mu(size.mu(16)),
-            bent_roughness(size.roughness(16)),
-            ends(Parameter::Z(side), Mapping::Linear, 16),
-        ],
-        channels: vec![Term::Reflected, Term::Transmitted],
-        storage: Storage::F16,
+        axes: axes.to_vec(),
+        channels: channels.to_vec(),
+        storage,
     };
-    vec![
-        Sheet {
-            name: "metal",
-            purpose: "split sum and what one reflection loses",
-            lobe: GGX,
-            axes: vec![u, v],
-            channels: vec![Term::Bias, Term::Loss],
-            storage: Storage::F16,
-        },
-        Sheet {
-            name: "metal_mean",
-            purpose: "mean of what one reflection loses",
-            lobe: GGX,
-            axes: vec![v],
-            channels: vec![Term::MeanLoss],
-            storage: Storage::F32,
-        },
-        glass(
+    let (u, v) = (along(mu, size.mu(32)), along(roughness, size.roughness(32)));
+    let mut sheets = vec![
+        sheet(
+            "ideal_metal_energy_complement",
+            "what one reflection of metal loses",
+            &[u, v],
+            &[Term::Loss],
+            Storage::Unorm16,
+        ),
+        sheet(
+            "ideal_metal_average_energy_complement",
+            "its mean",
+            &[v],
+            &[Term::MeanLoss],
+            Storage::Unorm16,
+        ),
+    ];
+    for (name, purpose, side) in [
+        (
             "dielectric",
             "a dielectric interface, light from outside",
             Side::Outside,
         ),
-        glass(
+        (
             "dielectric_inside",
             "a dielectric interface, light from inside",
             Side::Inside,
         ),
-    ]
+    ] {
+        let axes = [
+            root_mu(size.mu(16)),
+            bent_roughness(size.roughness(16)),
+            along(Parameter::Z(side), 16),
+        ];
+        sheets.push(sheet(
+            name,
+            purpose,
+            &axes,
+            &[Term::Reflected, Term::Transmitted],
+            Storage::F16,
+        ));
+    }
+    sheets
 }
 
 /// Sizes and order are those of the arrays in its sources.

@@ -103,7 +103,7 @@ impl Surface {
     /// The roughness that a browser can show of the family: its arithmetic has 24 bits, and sharper lobes than these lose digits.
     fn shown(family: Family) -> [f64; 2] {
         match family {
-            Family::Ggx | Family::Beckmann => [0.001, 10.0],
+            Family::Ggx | Family::Beckmann | Family::Charlie => [0.001, 10.0],
             Family::Vmf | Family::Phong => [0.0, 1e5],
         }
     }
@@ -111,7 +111,7 @@ impl Surface {
     /// The range that every surface has at least, for the free choice.
     fn usual(family: Family) -> [f64; 2] {
         match family {
-            Family::Ggx | Family::Beckmann => [0.03, 1.0],
+            Family::Ggx | Family::Beckmann | Family::Charlie => [0.03, 1.0],
             Family::Vmf | Family::Phong => [1.0, 4096.0],
         }
     }
@@ -233,6 +233,7 @@ fn found(model: &ModelSpec) -> Result<Found, String> {
             [one] => found(one),
             _ => Err(format!("a sum of {} models", parts.len())),
         },
+        ModelSpec::Layered { .. } => Err("a layer over another material".into()),
         _ => Err("no microfacet lobe".into()),
     }
 }
@@ -246,6 +247,9 @@ fn lobe(
     let DistributionSpec::Isotropic { family, roughness } = *distribution else {
         return Err("an anisotropic lobe, whose albedo depends on the azimuth too".into());
     };
+    if family == Family::Charlie {
+        return Err("a lobe of fibres, whose facets the page's rule does not follow to the horizon".into());
+    }
     if masking == Masking::None {
         return Err("a lobe without masking, whose albedo grows without bound towards the horizon".into());
     }
@@ -317,6 +321,7 @@ mod tests {
         let none = "type = \"none\"";
         for (distribution, masking, reason) in [
             ("type = \"ggx\", alpha = 0.3", "none", "without masking"),
+            ("type = \"charlie\", alpha = 0.3", "neubelt", "a lobe of fibres"),
             ("type = \"ggx\", alpha_x = 0.3, alpha_y = 0.1", "smith", "anisotropic"),
             (
                 "type = \"vmf\", kappa = 1e12",

@@ -44,6 +44,7 @@ fn family_code(family: Family) -> u32 {
         Family::Beckmann => 1,
         Family::Vmf => 2,
         Family::Phong => 3,
+        Family::Charlie => 4,
     }
 }
 
@@ -53,6 +54,8 @@ fn masking_code(masking: Masking) -> u32 {
         Masking::VGroove => 1,
         Masking::Smith => 2,
         Masking::SmithCorrelated => 3,
+        Masking::Neubelt => 4,
+        Masking::Charlie => 5,
     }
 }
 
