@@ -7,6 +7,8 @@ mod profile;
 mod progress;
 mod report;
 
+pub(super) use profile::parse_profile;
+
 use super::{Common, Failure, Shape, format, lobes};
 use clap::Args;
 use indicatif::ProgressBar;

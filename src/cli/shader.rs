@@ -1,15 +1,18 @@
 //! `furnace shader`
 
+use super::bake::parse_profile;
 use super::{Failure, Shape, format, in_pool, load, number};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use whitefurnace::engine::{Along, Profile, Sheet, Sizes};
 use whitefurnace::export::manifest::{AxisEntry, FILE_NAME, Manifest};
 use whitefurnace::export::write::{create_dir, write_whole};
 use whitefurnace::integrate::fill;
 use whitefurnace::plan::{Economy, Plan, Request};
-use whitefurnace::shader::{Language, SceneShader};
+use whitefurnace::shader::{Language, SceneShader, TextureLayout};
 use whitefurnace::table::axis::{Axis, Mapping, TexelRule};
+use whitefurnace::table::texture::Channel;
 
 /// Arguments of `furnace shader`.
 #[derive(Debug, Args)]
@@ -25,6 +28,7 @@ computes the tables; give the same options then.
 Examples:
   furnace shader --tables outputs/default
   furnace shader scene.toml --tables tables --language glsl-es --out shaders
+  furnace shader --profile generic --language hlsl
   furnace shader scene.toml --axis sqrt-mu --resolution 32 --language hlsl")]
 pub(super) struct ShaderCommand {
     /// Scene file: TOML, glTF (.gltf, .glb) or pbrt-v3 (.pbrt); without one the built-in scene is used.
@@ -32,6 +36,9 @@ pub(super) struct ShaderCommand {
     /// Language: wgsl, glsl-es (3.00), glsl (4.50), hlsl or msl.
     #[arg(long, default_value = "wgsl", value_name = "LANGUAGE", value_parser = language)]
     language: Language,
+    /// The tables of an engine as `furnace bake --profile` writes them, instead of a scene: lookups, albedos and compensation.
+    #[arg(long, value_name = "NAME", value_parser = parse_profile, conflicts_with_all = ["scene", "tables"])]
+    profile: Option<Profile>,
     /// Directory of a bake of this scene, whose manifest.json tells the axes of the tables.
     #[arg(long, value_name = "DIR")]
     tables: Option<PathBuf>,
@@ -57,6 +64,31 @@ fn language(text: &str) -> Result<Language, String> {
 
 impl ShaderCommand {
     pub(super) fn run(&self) -> Result<(), Failure> {
+        let (shader, name) = match self.profile {
+            Some(profile) => (self.of_profile(profile)?, profile.name().to_owned()),
+            None => self.of_scene()?,
+        };
+        let text = shader.text(self.language)?;
+        let path = match &self.out {
+            Some(out) => Some(self.write(out, &name, &text)?),
+            None => None,
+        };
+        if self.json {
+            format::say(serde_json::to_string_pretty(&self.value(
+                &shader,
+                &text,
+                path.as_deref(),
+            ))?);
+        } else if path.is_none() {
+            format::say(text.trim_end());
+        } else if let Some(path) = path {
+            format::say(format!("{}: {} lines", path.display(), text.lines().count()));
+        }
+        Ok(())
+    }
+
+    /// The shader of a scene, and the name of its file.
+    fn of_scene(&self) -> Result<(SceneShader, String), Failure> {
         let scene = load(self.scene.as_deref())?;
         let manifest = match &self.tables {
             Some(directory) => Some((directory, Manifest::read(&directory.join(FILE_NAME))?)),
@@ -79,24 +111,32 @@ impl ShaderCommand {
             Some((directory, manifest)) => of_bake(&mut plan, directory, manifest)?,
             None => in_pool(self.threads, || chosen(&mut plan))?,
         }
-        let shader = SceneShader::new(&plan);
-        let text = shader.text(self.language)?;
-        let path = match &self.out {
-            Some(out) => Some(self.write(out, &plan.directory, &text)?),
-            None => None,
+        Ok((SceneShader::new(&plan), plan.directory))
+    }
+
+    /// The shader of the tables of an engine.
+    fn of_profile(&self, profile: Profile) -> Result<SceneShader, Failure> {
+        let sizes = Sizes {
+            mu: self.shape.resolution,
+            roughness: self.shape.roughness_resolution,
         };
-        if self.json {
-            format::say(serde_json::to_string_pretty(&self.value(
-                &shader,
-                &text,
-                path.as_deref(),
-            ))?);
-        } else if path.is_none() {
-            format::say(text.trim_end());
-        } else if let Some(path) = path {
-            format::say(format!("{}: {} lines", path.display(), text.lines().count()));
-        }
-        Ok(())
+        let layout = |sheet: &Sheet| -> Result<TextureLayout, Failure> {
+            let axes = sheet.axes.iter().map(Along::axis).collect::<Result<_, _>>()?;
+            let extension = profile.format_of(sheet).extensions()[0];
+            let channels = sheet.channels.iter().map(|term| Channel {
+                name: term.name().into(),
+                meaning: term.meaning().into(),
+            });
+            Ok(TextureLayout {
+                id: sheet.name.into(),
+                file: format!("{}.{extension}", sheet.name),
+                axes,
+                channels: channels.collect(),
+            })
+        };
+        let layouts: Result<Vec<TextureLayout>, Failure> = profile.sheets(sizes).iter().map(layout).collect();
+        let title = format!("Tables of the profile {}", profile.name());
+        Ok(SceneShader::of_textures(&title, layouts?))
     }
 
     fn write(&self, out: &Path, name: &str, text: &str) -> Result<PathBuf, Failure> {

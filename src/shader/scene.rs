@@ -21,7 +21,8 @@ pub struct SceneShader {
     pub materials: Vec<(String, Vec<MaterialFunction>)>,
     /// Tables, materials and what they use of the library, in WGSL, without the comment at the head.
     wgsl: String,
-    scene: String,
+    /// Whose they are.
+    title: String,
 }
 
 /// A table of a shader.
@@ -36,20 +37,7 @@ pub struct TableSampler {
 impl SceneShader {
     /// The shader of `plan`, whose tables have one choice of axes each: the first counts.
     pub fn new(plan: &Plan) -> Self {
-        let names = identifiers(plan.tables.iter().map(|table| table.id.as_str()));
-        let tables: Vec<TableSampler> = plan
-            .tables
-            .iter()
-            .zip(&names)
-            .enumerate()
-            .map(|(index, (table, name))| {
-                let layout = layout(table);
-                TableSampler {
-                    sampler: sampler_of(&layout, name, index),
-                    layout,
-                }
-            })
-            .collect();
+        let tables = samplers(plan.tables.iter().map(layout).collect());
         let of_id = |table: &TableSampler| Table {
             sampler: table.sampler.clone(),
             channels: table.layout.channels.len(),
@@ -68,14 +56,27 @@ impl SceneShader {
         }
         // for every r0, whatever the materials have
         let always = match tables.iter().any(|table| table.layout.channels.len() == 2) {
-            true => " furnace_albedo_schlick furnace_scale_bias furnace_turquin furnace_kulla_conty",
+            true => COMPENSATION,
             false => "",
         };
         Self {
             wgsl: used(LIBRARY, &(own.clone() + always)) + &own,
             tables,
             materials,
-            scene: plan.scene.clone(),
+            title: format!("Tables and materials of the scene \"{}\"", printable(&plan.scene)),
+        }
+    }
+
+    /// The shader of textures without materials, such as those of an engine: their lookups, and what makes albedos, compensation and
+    /// the base of eq. 28 of what they read. `title` says whose they are.
+    pub fn of_textures(title: &str, layouts: Vec<TextureLayout>) -> Self {
+        let tables = samplers(layouts);
+        let own: String = tables.iter().flat_map(|table| ["\n", &table.sampler.wgsl]).collect();
+        Self {
+            wgsl: used(LIBRARY, &(own.clone() + COMPENSATION + " furnace_base")) + &own,
+            tables,
+            materials: Vec::new(),
+            title: printable(title),
         }
     }
 
@@ -90,8 +91,8 @@ impl SceneShader {
     /// The comment at the head: which texture is bound where.
     fn head(&self, language: Language) -> String {
         let mut head = format!(
-            "// Tables and materials of the scene \"{}\", by {} {}.\n",
-            printable(&self.scene),
+            "// {}, by {} {}.\n",
+            self.title,
             crate::export::SOFTWARE,
             crate::export::VERSION
         );
@@ -126,6 +127,19 @@ impl SceneShader {
         }
         head + "\n"
     }
+}
+
+/// What a pair of albedos is good for, of the library.
+const COMPENSATION: &str = " furnace_albedo_schlick furnace_scale_bias furnace_turquin furnace_kulla_conty";
+
+fn samplers(layouts: Vec<TextureLayout>) -> Vec<TableSampler> {
+    let names = identifiers(layouts.iter().map(|layout| layout.id.as_str()));
+    let each = layouts.into_iter().zip(&names).enumerate();
+    each.map(|(index, (layout, name))| TableSampler {
+        sampler: sampler_of(&layout, name, index),
+        layout,
+    })
+    .collect()
 }
 
 fn layout(table: &TablePlan) -> TextureLayout {

@@ -33,7 +33,7 @@ struct Baked {
     files: Vec<File>,
 }
 
-pub(super) fn parse_profile(name: &str) -> Result<Profile, String> {
+pub(in crate::cli) fn parse_profile(name: &str) -> Result<Profile, String> {
     let names: Vec<&str> = Profile::ALL.into_iter().map(Profile::name).collect();
     Profile::from_name(name).ok_or_else(|| format!("{} is none of {}", printable(name), names.join(", ")))
 }
