@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::process::Command;
+use whitefurnace::engine::{Profile, Sizes};
 use whitefurnace::plan::{Economy, Plan, Request};
 use whitefurnace::scene::Scene;
 use whitefurnace::shader::{Language, SceneShader, library, translate};
@@ -164,6 +165,20 @@ name = "coated"
 bxdf = { type = "diffuse-specular", coupling = "energy-preserving", ks = 0.5, kd = [0.1, 0.5, 0.9], specular = { type = "sum", bxdfs = [
     { type = "microfacet", distribution = { type = "ggx", alpha = 0.3 }, masking = "smith", fresnel = { type = "schlick", r0 = 0.04 }, reflectance = 0.5 },
     { type = "microfacet", distribution = { type = "ggx", alpha = 0.6 }, masking = "smith", fresnel = { type = "schlick", r0 = 0.04 }, reflectance = 0.5 }] } }
+[[material]]
+name = "cloth under varnish"
+[material.bxdf]
+type = "layered"
+veil = "fresnel"
+top = { type = "microfacet", distribution = { type = "ggx", alpha = 0.1 }, masking = "smith-correlated", fresnel = { type = "schlick", r0 = 0.04 }, reflectance = 0.9 }
+[material.bxdf.base]
+type = "layered"
+veil = "albedo"
+top = { type = "microfacet", distribution = { type = "charlie", alpha = 0.25 }, masking = "neubelt", fresnel = { type = "none" }, reflectance = [0.5, 0.1, 0.1] }
+base = { type = "lambertian", reflectance = 0.4 }
+[[material]]
+name = "frosted"
+bxdf = { type = "rough-dielectric", eta_b = 1.5, distribution = { type = "ggx", alpha = { min = 0.1, max = 0.5 } }, masking = "smith" }
 "#;
     let scenes = [Scene::default_scene(), Scene::parse(odd, "odd.toml").unwrap()];
     let economies = [Economy::FULL, Economy::NONE];
@@ -175,7 +190,9 @@ bxdf = { type = "diffuse-specular", coupling = "energy-preserving", ks = 0.5, kd
     let plans = scenes
         .iter()
         .flat_map(|scene| economies.map(|economy| Plan::new(scene, &request(economy)).unwrap()));
-    plans.map(|plan| SceneShader::new(&plan)).collect()
+    let engines = Profile::ALL
+        .map(|profile| SceneShader::of_textures(profile.name(), profile.layouts(Sizes::default()).unwrap()));
+    plans.map(|plan| SceneShader::new(&plan)).chain(engines).collect()
 }
 
 #[test]
@@ -259,6 +276,34 @@ fn materials_become_functions_of_their_lobes() {
         "{text}"
     );
     assert!(text.contains(", 0.3)") && text.contains(", 0.6)"), "{text}");
+    // each layer dims what lies below it, in the direction of sight
+    assert_eq!(
+        names(odd, 4),
+        ["albedo_reflection_cloth_under_varnish", "brdf_cloth_under_varnish"]
+    );
+    assert_eq!(text.matches(" * furnace_veil(").count(), 6, "{text}"); // one for the cloth and two for its base, twice
+    assert_eq!(
+        names(odd, 5),
+        ["albedo_reflection_frosted", "albedo_transmission_frosted"]
+    );
+}
+
+/// What channels mean is in the functions: nobody has to know it.
+#[test]
+fn tables_of_engines_have_functions_that_know_their_channels() {
+    for (profile, expected) in [
+        (Profile::Three, ["read.x + read.y", "vec3f(read.y) + r0 *"]),
+        (Profile::Generic, ["1.0 - read.y", "vec3f(read.x) + r0 *"]),
+        (Profile::Godot, ["return read.y", "1.0 - (clamp(roughness, 0.0, 1.0))"]),
+        (Profile::Cycles, ["return read;", "texture_3d<f32>"]),
+    ] {
+        let shader = SceneShader::of_textures(profile.name(), profile.layouts(Sizes::default()).unwrap());
+        let text = shader.text(Language::Wgsl).unwrap();
+        assert!(
+            expected.iter().all(|part| text.contains(part)),
+            "{expected:?} in {text}"
+        );
+    }
 }
 
 fn furnace(directory: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {

@@ -5,14 +5,13 @@ use super::{Failure, Shape, format, in_pool, load, number};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use whitefurnace::engine::{Along, Profile, Sheet, Sizes};
+use whitefurnace::engine::{Profile, Sizes};
 use whitefurnace::export::manifest::{AxisEntry, FILE_NAME, Manifest};
 use whitefurnace::export::write::{create_dir, write_whole};
 use whitefurnace::integrate::fill;
 use whitefurnace::plan::{Economy, Plan, Request};
-use whitefurnace::shader::{Language, SceneShader, TextureLayout};
+use whitefurnace::shader::{Language, SceneShader};
 use whitefurnace::table::axis::{Axis, Mapping, TexelRule};
-use whitefurnace::table::texture::Channel;
 
 /// Arguments of `furnace shader`.
 #[derive(Debug, Args)]
@@ -120,23 +119,8 @@ impl ShaderCommand {
             mu: self.shape.resolution,
             roughness: self.shape.roughness_resolution,
         };
-        let layout = |sheet: &Sheet| -> Result<TextureLayout, Failure> {
-            let axes = sheet.axes.iter().map(Along::axis).collect::<Result<_, _>>()?;
-            let extension = profile.format_of(sheet).extensions()[0];
-            let channels = sheet.channels.iter().map(|term| Channel {
-                name: term.name().into(),
-                meaning: term.meaning().into(),
-            });
-            Ok(TextureLayout {
-                id: sheet.name.into(),
-                file: format!("{}.{extension}", sheet.name),
-                axes,
-                channels: channels.collect(),
-            })
-        };
-        let layouts: Result<Vec<TextureLayout>, Failure> = profile.sheets(sizes).iter().map(layout).collect();
         let title = format!("Tables of the profile {}", profile.name());
-        Ok(SceneShader::of_textures(&title, layouts?))
+        Ok(SceneShader::of_textures(&title, profile.layouts(sizes)?))
     }
 
     fn write(&self, out: &Path, name: &str, text: &str) -> Result<PathBuf, Failure> {

@@ -8,7 +8,7 @@ use super::round::{Code, round};
 use super::sheet::{Along, Sheet, Term};
 use super::truth::{Quantity, TruthError};
 use crate::table::axis::AxisError;
-use crate::table::texture::{Channel, Texture, TextureAxis, TextureError};
+use crate::table::texture::{Texture, TextureAxis, TextureError};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use thiserror::Error;
@@ -95,7 +95,7 @@ pub fn bake(
         id: sheet.name.into(),
         values: values.collect(),
         axes,
-        channels: sheet.channels.iter().map(|term| channel(*term)).collect(),
+        channels: sheet.channels.iter().map(|term| term.channel()).collect(),
         storage: sheet.storage,
         errors: Vec::new(),
         facts: facts(sheet, texels),
@@ -132,13 +132,6 @@ pub(super) fn probes(sheet: &Sheet, size: usize) -> usize {
     match sheet.slow_places() {
         Some(places) => places.div_ceil(size).max(2),
         None => PROBES.div_ceil(size).max(3),
-    }
-}
-
-fn channel(term: Term) -> Channel {
-    Channel {
-        name: term.name().into(),
-        meaning: term.meaning().into(),
     }
 }
 

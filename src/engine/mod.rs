@@ -4,6 +4,7 @@ mod bake;
 mod disney;
 mod fit;
 mod grid;
+mod layout;
 mod mean;
 mod measure;
 mod profile;

@@ -3,7 +3,7 @@
 use super::truth::{Lobe, Place, Quantity};
 use crate::table::Storage;
 use crate::table::axis::{Axis, AxisError, Mapping, TexelRule};
-use crate::table::texture::TextureAxis;
+use crate::table::texture::{Channel, TextureAxis};
 
 /// What an axis runs over, from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -142,6 +142,14 @@ impl Term {
             Self::Reflected => "share that the interface reflects",
             Self::Transmitted => "share that the interface lets through",
             Self::Interface => "share that the interface reflects or lets through: less is lost between facets",
+        }
+    }
+
+    /// The channel of a texture.
+    pub(super) fn channel(self) -> Channel {
+        Channel {
+            name: self.name().into(),
+            meaning: self.meaning().into(),
         }
     }
 

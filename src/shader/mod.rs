@@ -5,6 +5,7 @@
 
 mod materials;
 mod names;
+mod pair;
 mod sampler;
 mod scene;
 mod translate;

@@ -1,6 +1,7 @@
 //! The shader of a scene: its tables and its materials.
 
 use super::materials::{MaterialFunction, Table, functions};
+use super::pair;
 use super::sampler::{Sampler, TextureLayout, identifiers, sampler_of};
 use super::used::used;
 use super::{LIBRARY, Language, ShaderError, translate};
@@ -71,9 +72,19 @@ impl SceneShader {
     /// the base of eq. 28 of what they read. `title` says whose they are.
     pub fn of_textures(title: &str, layouts: Vec<TextureLayout>) -> Self {
         let tables = samplers(layouts);
-        let own: String = tables.iter().flat_map(|table| ["\n", &table.sampler.wgsl]).collect();
+        let text = |table: &TableSampler| {
+            format!(
+                "\n{}{}",
+                table.sampler.wgsl,
+                pair::functions(&table.layout, &table.sampler)
+            )
+        };
+        let own: String = tables.iter().map(text).collect();
         Self {
-            wgsl: used(LIBRARY, &(own.clone() + COMPENSATION + " furnace_base")) + &own,
+            wgsl: used(
+                LIBRARY,
+                &(own.clone() + " furnace_turquin furnace_kulla_conty furnace_base"),
+            ) + &own,
             tables,
             materials: Vec::new(),
             title: printable(title),

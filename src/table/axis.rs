@@ -354,6 +354,7 @@ impl Axis {
             Mapping::SqrtMu => format!("sqrt({v})"),
             Mapping::FourthRootMu => format!("sqrt(sqrt({v}))"),
             Mapping::ThreeQuarters => format!("sqrt({v}*sqrt({v}))"),
+            Mapping::Linear if (min, max) == (0.0, 1.0) => v.clone(),
             Mapping::Linear if min == 0.0 => format!("{v}/{max:?}"),
             Mapping::Linear if min < 0.0 => format!("({v} + {:?})/{:?}", -min, max - min),
             Mapping::Linear => format!("({v} - {min:?})/{:?}", max - min),
@@ -446,6 +447,7 @@ mod tests {
             centres(Mapping::ThreeQuarters, [0.0, 1.0]),
             "u = sqrt(kappa*sqrt(kappa))"
         );
+        assert_eq!(centres(Mapping::Linear, [0.0, 1.0]), "u = kappa");
         assert_eq!(centres(Mapping::Linear, [0.0, 90.0]), "u = kappa/90.0");
         assert_eq!(centres(Mapping::Linear, [1.0, 3.5]), "u = (kappa - 1.0)/2.5");
         assert_eq!(centres(Mapping::Linear, [-1.0, 1.0]), "u = (kappa + 1.0)/2.0");
