@@ -28,8 +28,8 @@ pub enum Side {
     Inside,
 }
 
-/// Largest index that an axis of z reaches: 1 - z^2 = 2e-4.
-const LARGEST_ETA: f64 = 1e4;
+/// Largest index that an axis of z reaches, the largest legal one, at z = 0.99; it stands for those beyond.
+const LARGEST_ETA: f64 = 100.0;
 
 impl Parameter {
     /// The name as a shader variable.
