@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
-use whitefurnace::engine::Profile;
+use whitefurnace::engine::{Lobe, Profile};
 use whitefurnace::export::formats::Format;
 use whitefurnace::export::manifest::{Manifest, TableEntry};
 use whitefurnace::export::store::{CACHE, Lookup, Store, file_name, key};
@@ -69,6 +69,9 @@ pub(super) struct Bake {
     /// bevy, godot, gltf, unity-hdrp, unreal, materialx, cycles, openpbr. With a SCENE, those only that it calls for.
     #[arg(long, value_name = "NAME", value_parser = profile::parse_profile)]
     profile: Option<Profile>,
+    /// Lobe of the tables of `--profile generic`: ggx-smith-correlated, the default, ggx-smith, beckmann-smith-correlated, beckmann-smith.
+    #[arg(long, value_name = "NAME", value_parser = profile::parse_lobe, requires = "profile")]
+    lobe: Option<Lobe>,
     /// Directory for the tables; outputs/<scene> or outputs/<profile> by default.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,

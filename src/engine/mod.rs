@@ -13,6 +13,6 @@ mod sheet;
 mod truth;
 
 pub use bake::{DIELECTRIC_R0, SheetError, Texels, bake, work};
-pub use profile::{Profile, Sizes};
+pub use profile::{LOBES, Profile, Sizes};
 pub use sheet::{Along, Parameter, Sheet, Side, Term};
 pub use truth::{Lobe, Place, Quantity, TruthError};

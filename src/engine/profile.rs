@@ -143,7 +143,7 @@ impl Profile {
         match self {
             Self::Generic => {
                 "read `pair` at (sqrt mu, r^(3/4)), both from end to end: rho = mix(bias, 1 - loss, r0); `pair_mean` at r^(3/4) has \
-                 1 - E_avg of the very E that the lookup reads"
+                 1 - E_avg of the very E that the lookup reads; interfaces also at z = sqrt(|ior - 1|/(ior + 1))"
             }
             Self::Filament => {
                 "textureLod(dfg, vec2(NoV, r), 0): f0 x + f90 y, cloth in z. cmgen samples roughness at (row + 1.5)/128, a texel too rough"
@@ -294,6 +294,22 @@ pub struct Sizes {
     pub roughness: Option<usize>,
 }
 
+/// Lobes that `generic` offers, by name: GGX and Beckmann with either Smith term; alpha = m = r^2.
+pub const LOBES: [(&str, Lobe); 4] = {
+    const fn lobe(family: Family, masking: Masking) -> Lobe {
+        Lobe { family, masking }
+    }
+    [
+        ("ggx-smith-correlated", lobe(Family::Ggx, Masking::SmithCorrelated)),
+        ("ggx-smith", lobe(Family::Ggx, Masking::Smith)),
+        (
+            "beckmann-smith-correlated",
+            lobe(Family::Beckmann, Masking::SmithCorrelated),
+        ),
+        ("beckmann-smith", lobe(Family::Beckmann, Masking::Smith)),
+    ]
+};
+
 impl Sizes {
     fn mu(self, usual: usize) -> usize {
         self.mu.unwrap_or(usual)
@@ -308,7 +324,7 @@ impl Sizes {
 /// compensation needs where E is nearly 1.
 fn generic(size: Sizes) -> Vec<Sheet> {
     let (u, v) = (root_mu(size.mu(32)), bent_roughness(size.roughness(32)));
-    vec![
+    let mut sheets = vec![
         Sheet {
             name: "pair",
             purpose: "split sum and what one reflection loses",
@@ -333,7 +349,45 @@ fn generic(size: Sizes) -> Vec<Sheet> {
             channels: vec![Term::Sheen],
             storage: Storage::F16,
         },
+        Sheet {
+            name: "coat",
+            purpose: "a varnish of index 1.5: what it reflects, and what passes to the layers below",
+            lobe: GGX,
+            axes: vec![u, v],
+            channels: vec![Term::Reflected, Term::Transmitted],
+            storage: Storage::F16,
+        },
+    ];
+    sheets.extend(glass(size));
+    sheets
+}
+
+/// What an interface reflects and lets through, 16 x 16 x 16.
+fn glass(size: Sizes) -> [Sheet; 2] {
+    [
+        (
+            "dielectric",
+            "a dielectric interface, light from outside",
+            Side::Outside,
+        ),
+        (
+            "dielectric_inside",
+            "a dielectric interface, light from inside",
+            Side::Inside,
+        ),
     ]
+    .map(|(name, purpose, side)| Sheet {
+        name,
+        purpose,
+        lobe: GGX,
+        axes: vec![
+            root_mu(size.mu(16)),
+            bent_roughness(size.roughness(16)),
+            ends(Parameter::Z(side), Mapping::Linear, 16),
+        ],
+        channels: vec![Term::Reflected, Term::Transmitted],
+        storage: Storage::F16,
+    })
 }
 
 /// Those of metal are in the layout of Adobe's openpbr-bsdf; its tables of dielectrics have an axis of two halves, which stands here as z.
@@ -365,31 +419,7 @@ fn openpbr(size: Sizes) -> Vec<Sheet> {
             Storage::Unorm16,
         ),
     ];
-    for (name, purpose, side) in [
-        (
-            "dielectric",
-            "a dielectric interface, light from outside",
-            Side::Outside,
-        ),
-        (
-            "dielectric_inside",
-            "a dielectric interface, light from inside",
-            Side::Inside,
-        ),
-    ] {
-        let axes = [
-            root_mu(size.mu(16)),
-            bent_roughness(size.roughness(16)),
-            along(Parameter::Z(side), 16),
-        ];
-        sheets.push(sheet(
-            name,
-            purpose,
-            &axes,
-            &[Term::Reflected, Term::Transmitted],
-            Storage::F16,
-        ));
-    }
+    sheets.extend(glass(size));
     sheets
 }
 

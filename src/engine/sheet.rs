@@ -31,6 +31,9 @@ pub enum Side {
 /// Largest index that an axis of z reaches, the largest legal one, at z = 0.99; it stands for those beyond.
 const LARGEST_ETA: f64 = 100.0;
 
+/// The index of interfaces without an axis of it: that of a varnish, r0 = 0.04.
+const COAT_ETA: f64 = 1.5;
+
 impl Parameter {
     /// The name as a shader variable.
     pub fn name(self) -> &'static str {
@@ -192,7 +195,7 @@ impl Sheet {
         let mut place = Place {
             mu: 1.0,
             alpha: 0.0,
-            eta: 1.0,
+            eta: COAT_ETA,
         };
         for (along, value) in self.axes.iter().zip(values) {
             match along.parameter {
@@ -225,11 +228,12 @@ impl Sheet {
     }
 
     /// Places along each axis that are enough, and all that time allows, where there are three axes, or where integrals take a hundred
-    /// times as long as those of a pair, as of sheen.
+    /// times as long as those of a pair, as of sheen and of interfaces.
     pub(super) fn slow_places(&self) -> Option<usize> {
+        let slow = [Term::Sheen, Term::Reflected, Term::Transmitted, Term::Interface];
         match self.axes.len() {
             3 => Some(32),
-            _ => self.channels.contains(&Term::Sheen).then_some(96),
+            _ => self.channels.iter().any(|term| slow.contains(term)).then_some(96),
         }
     }
 

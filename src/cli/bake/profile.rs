@@ -5,7 +5,7 @@ use crate::cli::{Failure, format, output_directory};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 use std::time::Instant;
-use whitefurnace::engine::{self, Profile, Sheet, Sizes, Term, Texels};
+use whitefurnace::engine::{self, LOBES, Lobe, Profile, Sheet, Sizes, Term, Texels};
 use whitefurnace::export::formats::{Format, facts, files};
 use whitefurnace::export::write::write_whole;
 use whitefurnace::export::{SOFTWARE, VERSION, sha256_hex};
@@ -38,6 +38,14 @@ pub(in crate::cli) fn parse_profile(name: &str) -> Result<Profile, String> {
     Profile::from_name(name).ok_or_else(|| format!("{} is none of {}", printable(name), names.join(", ")))
 }
 
+pub(super) fn parse_lobe(name: &str) -> Result<Lobe, String> {
+    let names: Vec<&str> = LOBES.iter().map(|(name, _)| *name).collect();
+    let found = LOBES.iter().find(|(known, _)| *known == name);
+    found
+        .map(|(_, lobe)| *lobe)
+        .ok_or_else(|| format!("{} is none of {}", printable(name), names.join(", ")))
+}
+
 impl Bake {
     pub(super) fn profile(&self, profile: Profile) -> Result<(), Failure> {
         let start = Instant::now();
@@ -48,7 +56,14 @@ impl Bake {
             mu: self.shape.resolution,
             roughness: self.shape.roughness_resolution,
         };
-        let (sheets, skipped) = called_for(profile.sheets(sizes), scene.as_ref());
+        let mut sheets = profile.sheets(sizes);
+        if let Some(lobe) = self.lobe {
+            if profile != Profile::Generic {
+                return Err("--lobe is not allowed with --profile other than generic: an engine has one lobe".into());
+            }
+            sheets.iter_mut().for_each(|sheet| sheet.lobe = lobe);
+        }
+        let (sheets, skipped) = called_for(sheets, scene.as_ref());
         let directory = match &self.out {
             Some(out) => out.clone(),
             None => Path::new("outputs").join(profile.name()),
@@ -124,7 +139,8 @@ fn effects(sheet: &Sheet) -> Vec<Effect> {
     for term in &sheet.channels {
         effects.extend(match term {
             Term::Sheen => vec![Effect::Sheen],
-            Term::Interface | Term::Reflected | Term::Transmitted => vec![Effect::Transmission],
+            Term::Interface | Term::Reflected | Term::Transmitted if sheet.axes.len() > 2 => vec![Effect::Transmission],
+            Term::Interface | Term::Reflected | Term::Transmitted => vec![Effect::Clearcoat],
             Term::DisneyDiffuse => vec![Effect::Diffuse],
             Term::Scale | Term::Bias | Term::Total | Term::Loss => {
                 vec![Effect::Metal, Effect::Dielectric, Effect::Clearcoat]
@@ -210,7 +226,20 @@ fn report(profile: Profile, directory: &Path, baked: &[Baked], skipped: &[(&str,
         directory.display(),
         profile.note()
     );
-    text += &format::table(
+    if baked.is_empty() {
+        text += "The scene calls for none of its tables.\n";
+    } else {
+        text += &table(baked);
+    }
+    for (name, why) in skipped {
+        text += &format!("Skipped {name}: {why}.\n");
+    }
+    text += &format!("{}.", format::seconds(seconds));
+    format::say(text);
+}
+
+fn table(baked: &[Baked]) -> String {
+    let mut text = format::table(
         &[
             "table",
             "texels",
@@ -230,11 +259,7 @@ fn report(profile: Profile, directory: &Path, baked: &[Baked], skipped: &[(&str,
     .to_string();
     text += "\n\nErrors are of linear lookups for mu from 0.01 and roughness from 0.05 on: of `furnace` and `r0` shares of the albedo, of others \
              of 1. `not fitted` has what the same texels would leave if each held the truth at its place: mean and largest.\n";
-    for (name, why) in skipped {
-        text += &format!("Skipped {name}: {why}.\n");
-    }
-    text += &format!("{}.", format::seconds(seconds));
-    format::say(text);
+    text
 }
 
 /// A line for each error over the domain, the first with what the table is.
