@@ -182,12 +182,17 @@ impl Bxdf for Microfacet {
                 let (wi, Some(cosines)) = self.mirrored(wo, wm) else {
                     return BxdfSample::lost(reflect(wo, wm));
                 };
+                // narrow lobes at mu = 1e-300 exceed the largest number
+                let pdf = (self.distribution.p(wm) / (4.0 * cosines.d)).min(LARGEST);
+                if pdf == 0.0 {
+                    // no facet of Charlie lies flat, and u = 0 draws the one that does
+                    return BxdfSample::lost(wi);
+                }
                 let weight =
                     self.facet_reflectance(cosines.d) * self.masking.weight(&self.distribution, wo, wi, cosines);
                 BxdfSample {
                     wi,
-                    // narrow lobes at mu = 1e-300 exceed the largest number
-                    pdf: (self.distribution.p(wm) / (4.0 * cosines.d)).min(LARGEST),
+                    pdf,
                     weight,
                     flags: self.flags(),
                 }

@@ -96,11 +96,19 @@ fn bxdf(model: &Model) -> Box<dyn Bxdf + '_> {
 #[test]
 fn exchanging_directions_changes_nothing() {
     check(6000, &(model(), pair()), |(Subject(model), (wo, wi))| {
+        if refracts(&model) && (wo.z < 0.0) != (wi.z < 0.0) {
+            return Ok(()); // by the square of the indices, see tests/rough_dielectric.rs
+        }
         let bxdf = bxdf(&model);
         let (there, back) = (bxdf.f(wo, wi), bxdf.f(wi, wo));
         ensure!(there == back, "{wo:?} {wi:?}: {there:?} and {back:?}");
         Ok(())
     });
+}
+
+/// Whether a rough interface is part of it.
+fn refracts(model: &Model) -> bool {
+    matches!(model, Model::RoughDielectric(_)) || model.parts().into_iter().any(refracts)
 }
 
 /// Light that is refracted goes the same way back: w (eta_i/eta_o)^2 is the same from both ends for radiance, and w itself for

@@ -6,6 +6,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 use proptest::sample::select;
 use std::f64::consts::FRAC_PI_2;
+use whitefurnace::distribution::Family;
 use whitefurnace::geometry::Polar;
 
 /// A polar angle: both ends in octaves of the small quantity.
@@ -56,8 +57,14 @@ fn exposures_and_angles_are_inverses() {
         // a cosine below the smallest number has no angle of its own, and its product with the smallest kappa no digits
         if found.cos > 1e-285 && found.sin > f64::MIN_POSITIVE {
             let off = apart(back[1][0], exposure);
+            // the angle of Charlie is a root of E, whose rounded logarithm is multiplied by the power again
+            let root = if lobe.family() == Family::Charlie {
+                3e-16 * exposure.ln().abs()
+            } else {
+                0.0
+            };
             ensure!(
-                off <= 4.0 * spread + 1e-14,
+                off <= 4.0 * spread + 1e-14 + root,
                 "{lobe:?}: E = {exposure:e} comes back {off:e} off, +- {spread:e}"
             );
         }
