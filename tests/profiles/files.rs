@@ -170,7 +170,6 @@ fn what_is_written_is_read() {
                 continue;
             }
             let format = profile.format_of(sheet);
-            // glTF keeps sheen, which exceeds 1, apart
             let found = decoded(texture, format);
             assert_eq!(found, Raw::of(texture), "{profile:?} {}", sheet.name);
             seen.push(format);
