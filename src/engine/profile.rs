@@ -251,7 +251,7 @@ impl Profile {
                     "albedo of sheen",
                     square(128),
                     &[Term::Sheen],
-                    Storage::Unorm8,
+                    Storage::F16,
                 ),
             ]
             .concat(),

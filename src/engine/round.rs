@@ -21,7 +21,8 @@ const ROUNDS: usize = 2;
 /// What to store, at least 0, for the decoded texels that were `fitted`.
 pub(super) fn round(problem: &Problem<'_>, fitted: &Fitted, code: &Code<'_>, storage: Storage) -> Vec<f64> {
     let Fitted { texels, score } = fitted;
-    let ideal = |t: usize| f64::max(code.sign * (texels[t] - code.constant[t]), 0.0);
+    // + 0 makes -0 a 0: the steps around it are those of its bits
+    let ideal = |t: usize| f64::max(code.sign * (texels[t] - code.constant[t]), 0.0) + 0.0;
     let mut stored: Vec<f64> = (0..texels.len()).map(|t| storage.round(ideal(t))).collect();
     if storage == Storage::F32 {
         return stored;
@@ -97,5 +98,93 @@ fn beyond(storage: Storage, own: f64, ideal: f64) -> f64 {
         }
         Storage::Unorm16 => step(65535.0),
         Storage::Unorm8 => step(255.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fit::fit;
+    use super::super::grid::{Grid, Places};
+    use super::*;
+    use crate::table::axis::{Axis, Mapping, TexelRule};
+    use crate::table::texture::TextureAxis;
+
+    const DOMAIN: [[f64; 2]; 2] = [[0.01, 1.0], [0.05, 1.0]];
+
+    fn grid() -> Grid {
+        let axis = |name: &str, size| {
+            TextureAxis::along(Axis::new(name, Mapping::Linear, TexelRule::Ends, [0.0, 1.0], size).unwrap())
+        };
+        let axes = [axis("mu", 9), axis("roughness", 7)];
+        let places = axes.iter().map(|axis| Places::borders(axis, 5)).collect();
+        Grid::new(&axes, places)
+    }
+
+    /// Largest distance between neighbours at `value`.
+    fn step(storage: Storage, value: f64) -> f64 {
+        match storage {
+            Storage::F32 => value * 2f64.powi(-23),
+            Storage::F16 => value.max(2f64.powi(-14)) * 2f64.powi(-10),
+            Storage::Unorm16 => 1.0 / 65535.0,
+            Storage::Unorm8 => 1.0 / 255.0,
+        }
+    }
+
+    /// Rounding weighs its sum: it is never above that of the nearest steps, below it for coarse ones, and no texel leaves the two steps
+    /// around its fitted value. The truth reaches 1, where what is stored of the loss is 0.
+    #[test]
+    fn steps_are_chosen_for_the_sum() {
+        let grid = grid();
+        let at = |index: usize| {
+            let values = grid.values(index);
+            1.0 - 0.6 * values[1].powi(3) * (1.0 - 0.5 * values[0] * values[0])
+        };
+        let truth: Vec<f64> = (0..grid.len()).map(at).collect();
+        let problem = Problem {
+            grid: &grid,
+            truth: &truth,
+            unit: &truth,
+            domain: &DOMAIN,
+            legal: [0.0, 1.0],
+        };
+        let fitted = fit(&problem);
+        for (constant, sign) in [(0.0, 1.0), (1.0, -1.0)] {
+            let constant = vec![constant; fitted.texels.len()];
+            let code = Code {
+                constant: &constant,
+                sign,
+            };
+            let sum = |stored: &[f64]| -> f64 {
+                let decoded: Vec<f64> = stored.iter().zip(&constant).map(|(s, c)| c + sign * s).collect();
+                let one = |index: usize| {
+                    let error = ((grid.mix(index).of(&decoded) - truth[index]) / truth[index]).abs();
+                    grid.measure(index) * error.powf(1.5) * (1.0 + (error / fitted.score.max).powi(8))
+                };
+                let inside = (0..grid.len()).filter(|index| grid.is_within(*index, &DOMAIN));
+                inside.map(one).sum()
+            };
+            for storage in Storage::ALL {
+                let ideal: Vec<f64> = fitted
+                    .texels
+                    .iter()
+                    .zip(&constant)
+                    .map(|(t, c)| sign * (t - c))
+                    .collect();
+                let nearest: Vec<f64> = ideal.iter().map(|value| storage.round(value.max(0.0))).collect();
+                let stored = round(&problem, &fitted, &code, storage);
+                // sums are formed in two orders
+                assert!(sum(&stored) <= sum(&nearest) * (1.0 + 1e-9), "{storage:?} {sign}");
+                if storage == Storage::Unorm8 {
+                    assert!(sum(&stored) < 0.9 * sum(&nearest), "{} {}", sum(&stored), sum(&nearest));
+                }
+                for (stored, ideal) in stored.iter().zip(&ideal) {
+                    assert_eq!(storage.round(*stored), *stored, "{storage:?} holds it");
+                    assert!(stored.is_sign_positive(), "{storage:?}: {stored}");
+                    // a legal loss is at least 0; half as much again for values next to a power of two
+                    let bound = 1.001 * step(storage, stored.max(*ideal));
+                    assert!((stored - ideal).abs() <= bound, "{storage:?} {sign}: {stored} {ideal}");
+                }
+            }
+        }
     }
 }

@@ -1,0 +1,17 @@
+//! Tables in the layouts of engines, read as the engines read them.
+
+mod check;
+mod choice;
+mod cli;
+mod docs;
+mod engines;
+mod files;
+mod furnace;
+mod gpu;
+mod layout;
+mod lookups;
+mod metric;
+mod published;
+mod shared;
+mod sizes;
+mod truth;
