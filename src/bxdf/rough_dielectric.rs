@@ -354,7 +354,8 @@ impl Bxdf for RoughDielectric {
                 let seen = self.smith.visible_weight(self.correlated(), above, wi, cosines);
                 BxdfSample {
                     wi: turn(wi),
-                    pdf: ((1.0 - passes) * visible / (4.0 * cos_d)).min(LARGEST),
+                    // 1 - passes has no digits where the media are nearly matched
+                    pdf: (dielectric_at(theta_d, eta) * visible / (4.0 * cos_d)).min(LARGEST),
                     weight: self.reflectance.value() * seen,
                     flags: Flags::REFLECTION | Flags::GLOSSY,
                 }
