@@ -175,12 +175,18 @@ mod tests {
                 // sums are formed in two orders
                 assert!(sum(&stored) <= sum(&nearest) * (1.0 + 1e-9), "{storage:?} {sign}");
                 if storage == Storage::Unorm8 {
-                    assert!(sum(&stored) < 0.9 * sum(&nearest), "{} {}", sum(&stored), sum(&nearest));
+                    // steps of 0.4 % are as large as what the fit leaves, so that choosing among them must pay
+                    assert!(
+                        sum(&stored) < 0.95 * sum(&nearest),
+                        "{} {}",
+                        sum(&stored),
+                        sum(&nearest)
+                    );
                 }
                 for (stored, ideal) in stored.iter().zip(&ideal) {
                     assert_eq!(storage.round(*stored), *stored, "{storage:?} holds it");
                     assert!(stored.is_sign_positive(), "{storage:?}: {stored}");
-                    // a legal loss is at least 0; half as much again for values next to a power of two
+                    // the two values around it are one step of the larger apart
                     let bound = 1.001 * step(storage, stored.max(*ideal));
                     assert!((stored - ideal).abs() <= bound, "{storage:?} {sign}: {stored} {ideal}");
                 }

@@ -3,7 +3,7 @@
 use super::disney::disney_diffuse;
 use crate::bxdf::{Microfacet, Model, ModelError};
 use crate::distribution::Family;
-use crate::fresnel::Fresnel;
+use crate::fresnel::{Fresnel, dielectric};
 use crate::integrate::deterministic::quadrature;
 use crate::integrate::{IntegrateError, RoughInterface, Target};
 use crate::masking::Masking;
@@ -136,8 +136,8 @@ impl Lobe {
     /// What an interface reflects and lets through.
     fn interface(&self, place: Place) -> Result<[f64; 2], TruthError> {
         if place.alpha < self.family.legal().min {
-            let fresnel = Fresnel::dielectric(Spectrum::grey(place.eta)).map_err(ModelError::from)?;
-            let reflected = fresnel.reflectance(place.mu).x;
+            // indices beyond those of a model, as the axes of tables reach
+            let reflected = dielectric(place.mu, place.eta);
             return Ok([reflected, 1.0 - reflected]);
         }
         let distribution = self.family.with(place.alpha).map_err(ModelError::from)?;
