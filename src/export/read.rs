@@ -11,6 +11,7 @@
 
 use super::attributes::{self, Facts};
 use super::exr::{ERROR_LAYER, channel_names, sample_hash};
+use super::formats::read::said::{Image, Said};
 use super::{ExportError, sha256_hex};
 use crate::regular;
 use crate::spectrum::Channels;
@@ -18,7 +19,7 @@ use crate::table::Table;
 use ::exr::image::read::image::ReadLayers;
 use ::exr::image::read::layers::ReadChannels;
 use ::exr::image::{AnyChannel, AnyChannels, FlatSamples, Layer};
-use ::exr::meta::attribute::{ChannelDescription, LevelMode, SampleType, Text};
+use ::exr::meta::attribute::{AttributeValue, ChannelDescription, LevelMode, SampleType, Text};
 use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, MetaData};
 use ::exr::prelude::Compression;
@@ -35,7 +36,7 @@ pub const MAX_SAMPLE_BYTES: u64 = 1 << 30;
 /// Most bytes that the headers of a file may take together.
 pub const MAX_HEADER_BYTES: usize = 1 << 22;
 /// The strongest compression believed: deflate reaches 1032 to 1.
-const MAX_COMPRESSION: u64 = 1100;
+pub(super) const MAX_COMPRESSION: u64 = 1100;
 /// The least that a block of samples takes: its offset, its place and its length.
 const CHUNK_BYTES: u64 = 16;
 
@@ -77,6 +78,8 @@ pub struct ForeignLayer {
     pub compression: String,
     /// The program that wrote it, if the file says so.
     pub software: Option<String>,
+    /// What it says of a texture of this program, see [`super::formats`]; empty where it is none.
+    pub facts: Said,
     /// In the order of the file.
     pub channels: Vec<ForeignChannel>,
 }
@@ -167,7 +170,12 @@ fn decode(id: &str, bytes: &[u8]) -> Result<Contents, String> {
                 "its samples are kept with {} or in several resolutions, where tables are plain",
                 header.compression
             )),
-            false => Ok(Contents::Foreign(meta.headers.iter().map(undecoded).collect())),
+            false => meta
+                .headers
+                .iter()
+                .map(undecoded)
+                .collect::<Result<_, _>>()
+                .map(Contents::Foreign),
         };
     }
     let image = ::exr::image::read::read()
@@ -181,9 +189,10 @@ fn decode(id: &str, bytes: &[u8]) -> Result<Contents, String> {
         .map_err(|error| error.to_string())?;
     match image.layer_data.as_slice() {
         [layer] if attributes::is_ours(&layer.attributes.other) => our_table(id, layer),
-        layers => Ok(Contents::Foreign(
-            meta.headers.iter().zip(layers).map(decoded).collect(),
-        )),
+        layers => {
+            let layers: Result<Vec<ForeignLayer>, String> = meta.headers.iter().zip(layers).map(decoded).collect();
+            layers.map(Contents::Foreign)
+        }
     }
 }
 
@@ -314,7 +323,7 @@ fn check_stated(facts: &Facts, table: &Table) -> Result<(), String> {
 }
 
 /// What the header of a foreign layer says.
-fn undecoded(header: &Header) -> ForeignLayer {
+fn undecoded(header: &Header) -> Result<ForeignLayer, String> {
     let channel = |channel: &ChannelDescription| ForeignChannel {
         name: channel.name.to_string(),
         kind: match channel.sample_type {
@@ -324,18 +333,35 @@ fn undecoded(header: &Header) -> ForeignLayer {
         },
         samples: None,
     };
-    ForeignLayer {
+    Ok(ForeignLayer {
         name: header.own_attributes.layer_name.as_ref().map(Text::to_string),
         size: [header.layer_size.width(), header.layer_size.height()],
         compression: header.compression.to_string(),
         software: header.own_attributes.software_name.as_ref().map(Text::to_string),
+        facts: texture_facts(header)?,
         channels: header.channels.list.iter().map(channel).collect(),
+    })
+}
+
+/// The facts of a texture, if the header has any: attributes of text, as [`super::formats`] writes them.
+fn texture_facts(header: &Header) -> Result<Said, String> {
+    let attributes = &header.own_attributes.other;
+    if !attributes.contains_key(&attributes::text("textureFormat")) {
+        return Ok(Said::default());
     }
+    let texts = attributes.iter().filter_map(|(name, value)| match value {
+        AttributeValue::Text(text) => Some((name, text)),
+        _ => None,
+    });
+    let software = header.own_attributes.software_name.as_ref();
+    let software = software.map(|name| ("software".to_owned(), name.to_string()));
+    let pairs = texts.map(|(name, value)| (name.to_string(), String::from_utf8_lossy(value.as_slice()).into_owned()));
+    Said::new(pairs.chain(software))
 }
 
 /// What the header and the samples of a foreign layer say.
-fn decoded((header, layer): (&Header, &FlatLayer)) -> ForeignLayer {
-    let mut found = undecoded(header);
+fn decoded((header, layer): (&Header, &FlatLayer)) -> Result<ForeignLayer, String> {
+    let mut found = undecoded(header)?;
     for (channel, from) in found.channels.iter_mut().zip(&layer.channel_data.list) {
         channel.samples = Some(match &from.sample_data {
             FlatSamples::F16(samples) => summary(samples.iter().map(|sample| sample.to_f64())),
@@ -343,7 +369,19 @@ fn decoded((header, layer): (&Header, &FlatLayer)) -> ForeignLayer {
             FlatSamples::U32(samples) => summary(samples.iter().map(|&sample| f64::from(sample))),
         });
     }
-    found
+    let kinds: Vec<&str> = found.channels.iter().map(|channel| channel.kind).collect();
+    let [width, height] = found.size.map(|size| size as u64);
+    let image = Image {
+        size: [width, height, 1],
+        tiled: true,
+        storage: kinds
+            .first()
+            .copied()
+            .filter(|first| kinds.iter().all(|kind| kind == first)),
+    };
+    let mut samples: Vec<SampleSummary> = found.channels.iter().filter_map(|channel| channel.samples).collect();
+    found.facts.check(&image, &mut samples)?;
+    Ok(found)
 }
 
 /// Range of the finite samples and the number of all others.

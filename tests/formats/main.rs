@@ -3,6 +3,7 @@
 mod bake;
 mod dds;
 mod exr;
+mod inspect;
 mod ktx2;
 mod png;
 mod raw;

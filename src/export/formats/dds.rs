@@ -58,7 +58,7 @@ pub(super) fn encode(texture: &Texture) -> Result<Vec<u8>, String> {
 }
 
 /// The format with so many channels, 1, 2 or 4.
-fn dxgi_format(storage: Storage, channels: usize) -> DxgiFormat {
+pub(super) fn dxgi_format(storage: Storage, channels: usize) -> DxgiFormat {
     match (storage, channels) {
         (Storage::F32, 1) => DxgiFormat::R32_Float,
         (Storage::F32, 2) => DxgiFormat::R32G32_Float,

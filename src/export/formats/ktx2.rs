@@ -67,7 +67,7 @@ pub(super) fn encode(texture: &Texture) -> Result<Vec<u8>, String> {
 }
 
 /// The format with so many channels, 1, 2 or 4.
-fn vulkan_format(storage: Storage, channels: usize) -> Format {
+pub(super) fn vulkan_format(storage: Storage, channels: usize) -> Format {
     match (storage, channels) {
         (Storage::F32, 1) => Format::R32_SFLOAT,
         (Storage::F32, 2) => Format::R32G32_SFLOAT,

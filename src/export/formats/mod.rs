@@ -5,6 +5,7 @@
 
 pub mod beside;
 pub mod facts;
+pub mod read;
 
 mod dds;
 mod exr;

@@ -1,9 +1,12 @@
 //! `furnace inspect`
 
+mod texture;
+
 use super::{Failure, bake::place, format};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
+use whitefurnace::export::formats::read::{format_of, listed_beside};
 use whitefurnace::export::manifest::{self, Manifest, TableEntry};
 use whitefurnace::export::read::{Contents, ForeignChannel, ForeignLayer, TableFile, read_exr};
 use whitefurnace::printable::printable;
@@ -12,7 +15,7 @@ use whitefurnace::table::Table;
 /// Arguments of `furnace inspect`.
 #[derive(Debug, Args)]
 pub(super) struct Inspect {
-    /// A table (.exr).
+    /// A table (.exr), or a texture of it (.exr, .ktx2, .dds, .png, or .bin with its .json).
     file: PathBuf,
     /// Print JSON instead of text.
     #[arg(long)]
@@ -21,6 +24,9 @@ pub(super) struct Inspect {
 
 impl Inspect {
     pub(super) fn run(&self) -> Result<(), Failure> {
+        if format_of(&self.file).is_some() {
+            return texture::inspect(&self.file, self.json);
+        }
         let file = read_exr(&self.file)?;
         let manifest = Manifest::read(&file.path.with_file_name(manifest::FILE_NAME)).ok();
         let listed = manifest.as_ref().and_then(|manifest| listed(manifest, &file));
@@ -28,7 +34,11 @@ impl Inspect {
             format::say(serde_json::to_string_pretty(&as_json(&file, listed))?);
             return Ok(());
         }
-        let standing = manifest.as_ref().map_or("", |_| standing(&file, listed));
+        let standing = match listed_beside(&file.path) {
+            // a texture, of a profile perhaps
+            Some(found) => texture::standing(Some(&found), &file.sha256),
+            None => manifest.as_ref().map_or("", |_| standing(&file, listed)).into(),
+        };
         format::say(format!(
             "{}, {} bytes, sha256 {}{standing}\n\n",
             printable(&file.path.display().to_string()),
@@ -180,7 +190,10 @@ fn report_foreign(layer: &ForeignLayer) {
         };
         format::say(format!("  {} ({}): {fact}", printable(&channel.name), channel.kind));
     }
-    format::say("It has no attributes of whitefurnace: axes, texel rule and errors are unknown.");
+    if layer.facts.is_empty() {
+        format::say("It has no attributes of whitefurnace: axes, texel rule and errors are unknown.");
+    }
+    texture::report_facts(&layer.facts);
 }
 
 fn as_json(file: &TableFile, listed: Option<&TableEntry>) -> Value {
@@ -215,5 +228,6 @@ fn foreign_json(layer: &ForeignLayer) -> Value {
         })
     };
     let channels: Vec<Value> = layer.channels.iter().map(channel).collect();
-    json!({ "name": layer.name, "size": layer.size, "software": layer.software, "channels": channels })
+    json!({ "name": layer.name, "size": layer.size, "software": layer.software, "channels": channels,
+        "facts": texture::facts_json(&layer.facts) })
 }
