@@ -27,6 +27,52 @@ enum Durable {
     No,
 }
 
+/// Writes `files`, names and bytes, into `directory`, and last `description`, which speaks of them.
+///
+/// All of them are on the disk under temporary names before the first takes its own: a full disk changes nothing. An earlier
+/// description is taken away before the first file is replaced, so that none ever speaks of other files; killed in between, the
+/// directory holds whole files, old and new, and no description.
+///
+/// # Errors
+/// [`ExportError::Io`] with the path and the reason of the system; no temporary file is left.
+pub fn write_described(
+    directory: &Path,
+    files: &[(&str, &[u8])],
+    description: (&str, &[u8]),
+) -> Result<(), ExportError> {
+    let mut staged = Vec::new();
+    for (name, bytes) in files.iter().chain([&description]) {
+        let path = directory.join(name);
+        let stage = || -> io::Result<NamedTempFile> {
+            // found out before the first rename, not in the midst of them
+            if path.is_dir() {
+                return Err(io::ErrorKind::IsADirectory.into());
+            }
+            let mut temporary = temporary_in(directory)?;
+            temporary.write_all(bytes)?;
+            temporary.as_file().sync_all()?;
+            Ok(temporary)
+        };
+        let temporary = stage().map_err(ExportError::io("write", &path))?;
+        staged.push((temporary.into_temp_path(), path));
+    }
+    let last = directory.join(description.0);
+    match std::fs::remove_file(&last) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(ExportError::io("replace", &last)(error)),
+        _ => sync_dir(directory),
+    }
+    for (index, (temporary, path)) in staged.into_iter().enumerate() {
+        if index == files.len() {
+            // the files before what speaks of them
+            sync_dir(directory);
+        }
+        let persisted = temporary.persist(&path).map_err(|error| error.error);
+        persisted.map_err(ExportError::io("write", &path))?;
+    }
+    sync_dir(directory);
+    Ok(())
+}
+
 fn write_and_rename(path: &Path, bytes: &[u8], durable: Durable) -> Result<(), ExportError> {
     // The rename of a file onto an empty path would fail late and with a puzzling reason.
     if path.file_name().is_none() {

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Whether this system lets a test mount file systems of its own.
-fn can_mount() -> bool {
+pub(crate) fn can_mount() -> bool {
     let probe = Command::new("unshare")
         .args(["-rm", "mount", "-t", "tmpfs", "none", "/mnt"])
         .output();
@@ -21,7 +21,7 @@ fn can_mount() -> bool {
 }
 
 /// Runs `script` where it may mount; `$1` is the binary, `$2` the scene, `$3` a directory to mount on.
-fn mounted(script: &str, scene: &Path, mount: &Path) -> (Option<i32>, String, String) {
+pub(crate) fn mounted(script: &str, scene: &Path, mount: &Path) -> (Option<i32>, String, String) {
     let output = Command::new("unshare")
         .args(["-rm", "sh", "-c", script, "sh", env!("CARGO_BIN_EXE_furnace")])
         .arg(scene)

@@ -6,3 +6,4 @@ mod directory;
 mod disk;
 mod interruption;
 mod reuse;
+mod textures;

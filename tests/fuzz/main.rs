@@ -14,6 +14,7 @@ mod run;
 mod scenes;
 mod seeds;
 mod targets;
+mod textures;
 
 use peak_alloc::PeakAlloc;
 use run::{Tally, execute, fuzz};

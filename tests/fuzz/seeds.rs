@@ -5,11 +5,13 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 use std::io::Cursor;
 use whitefurnace::export::exr::to_bytes;
+use whitefurnace::export::formats::{Format, files};
 use whitefurnace::export::manifest::{Manifest, TableEntry};
 use whitefurnace::export::sha256_hex;
 use whitefurnace::spectrum::Channels;
 use whitefurnace::table::axis::{Axis, Mapping, TexelRule};
-use whitefurnace::table::{Between, ErrorKind, Lobe, Quantity, Table};
+use whitefurnace::table::texture::Texture;
+use whitefurnace::table::{Between, ErrorKind, Lobe, Quantity, Storage, Table};
 
 pub(crate) const SCENE_WORDS: [&str; 49] = [
     "[[material]]\n",
@@ -348,7 +350,7 @@ pub(crate) fn spd() -> Vec<Vec<u8>> {
 }
 
 /// Tables without, with one and with two axes.
-fn tables() -> [Table; 3] {
+pub(crate) fn tables() -> [Table; 3] {
     let table = |channels: Channels, axes: Vec<Axis>| {
         let texels: usize = axes.iter().map(|axis| axis.size).product();
         let grey = |value: f64| DVec3::splat(value);
@@ -387,7 +389,7 @@ fn tables() -> [Table; 3] {
     ]
 }
 
-/// Tables of ours, and images in every compression, in lines and in tiles.
+/// Tables and textures of ours, and images in every compression, in lines and in tiles.
 pub(crate) fn exr() -> Vec<Vec<u8>> {
     let ours = tables().map(|table| to_bytes(&table).unwrap());
     let kinds = [
@@ -401,7 +403,11 @@ pub(crate) fn exr() -> Vec<Vec<u8>> {
     ];
     let blocks = [Blocks::ScanLines, Blocks::Tiles(Vec2(4, 3))];
     let images = kinds.iter().flat_map(|kind| blocks.map(|blocks| image(*kind, blocks)));
-    ours.into_iter().chain(images).collect()
+    let textures = tables().map(|table| {
+        let texture = Texture::of(&table, Storage::F16).unwrap();
+        files(&texture, Format::Exr).unwrap().remove(0).1
+    });
+    ours.into_iter().chain(textures).chain(images).collect()
 }
 
 /// Two parts of halves, floats and integers.

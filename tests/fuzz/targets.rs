@@ -1,7 +1,7 @@
 //! The parsers, what each may cost, and what has to be true of the things that they take.
 
 use crate::scenes::{glb, gltf, pbrt, scene};
-use crate::seeds;
+use crate::{seeds, textures};
 use glam::DVec3;
 use std::f64::consts::TAU;
 use std::io::Read;
@@ -29,7 +29,7 @@ pub(crate) struct Target {
     pub(crate) parse: fn(&[u8]) -> Result<String, String>,
 }
 
-pub(crate) const TARGETS: [Target; 10] = [
+pub(crate) const TARGETS: [Target; 11] = [
     Target {
         name: "scene",
         seeds: seeds::scenes,
@@ -98,6 +98,14 @@ pub(crate) const TARGETS: [Target; 10] = [
         // samples take 1100 times the file at most, see MAX_COMPRESSION in the reader; a table of ours is held several times over
         memory: [8 << 20, 5 * 1100],
         parse: exr,
+    },
+    Target {
+        name: "texture",
+        seeds: textures::seeds,
+        dictionary: &textures::WORDS,
+        // pixels of a PNG take 1100 times the file at most, as samples of OpenEXR, and are held once
+        memory: [4 << 20, 1200],
+        parse: textures::parse,
     },
     Target {
         name: "manifest",

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::Instant;
 use whitefurnace::engine::{self, LOBES, Lobe, Profile, Sheet, Sizes, Term, Texels};
 use whitefurnace::export::formats::{Format, facts, files};
-use whitefurnace::export::write::write_whole;
+use whitefurnace::export::write::write_described;
 use whitefurnace::export::{SOFTWARE, VERSION, sha256_hex};
 use whitefurnace::printable::printable;
 use whitefurnace::scene::{Effect, Scene};
@@ -73,12 +73,12 @@ impl Bake {
             .common
             .in_pool(|| compute(sheets, profile, (&formats, self.formats.storage())))?;
         let description = description(profile, &baked, &skipped);
-        // all is encoded by now: what is left are renames, the description last
-        for file in baked.iter().flat_map(|baked| &baked.files) {
-            write_whole(&directory.join(&file.name), &file.bytes)?;
-        }
         let text = serde_json::to_string_pretty(&description)? + "\n";
-        write_whole(&directory.join(DESCRIPTION), text.as_bytes())?;
+        let written = baked.iter().flat_map(|baked| &baked.files);
+        let written: Vec<(&str, &[u8])> = written
+            .map(|file| (file.name.as_str(), file.bytes.as_slice()))
+            .collect();
+        write_described(&directory, &written, (DESCRIPTION, text.as_bytes()))?;
         let seconds = start.elapsed().as_secs_f64();
         if self.common.json {
             let directory = directory.display().to_string();
