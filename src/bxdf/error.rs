@@ -11,9 +11,11 @@ pub enum ModelError {
     Parameter(#[from] ParameterError),
     /// Smith masking of a distribution that has no exact Lambda.
     #[error(
-        "masking \"smith\" is not allowed with distribution \"{distribution}\": it goes with beckmann and ggx only"
+        "masking \"{masking}\" is not allowed with distribution \"{distribution}\": it goes with beckmann and ggx only"
     )]
     SmithNeedsSlopes {
+        /// Name of the masking.
+        masking: &'static str,
         /// Name of the distribution.
         distribution: &'static str,
     },
@@ -45,8 +47,8 @@ pub enum ModelError {
     },
     /// Media whose indices are as good as equal.
     #[error(
-        "eta_b = {eta_b} is not allowed beside eta_a = {eta_a}: no facet bends light where the quotient is within 1e-6 of 1; \
-         a fresnel-specular is the model of that"
+        "indices {eta_a} and {eta_b} of a rough interface are as good as equal: no facet bends light where their quotient is within \
+         1e-6 of 1; a fresnel-specular is the model of that"
     )]
     NoBend {
         /// Index above the surface.

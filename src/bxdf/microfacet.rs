@@ -45,6 +45,7 @@ impl Microfacet {
         let is_charlie = matches!(distribution, Distribution::Isotropic(Isotropic::Charlie(_)));
         if masking.is_smith() && Smith::new(&distribution).is_none() {
             return Err(ModelError::SmithNeedsSlopes {
+                masking: masking.name(),
                 distribution: distribution.name(),
             });
         }

@@ -65,14 +65,15 @@ impl RoughDielectric {
         media: Media,
     ) -> Result<Self, ModelError> {
         let distribution = Distribution::from(distribution);
-        let smith = Smith::new(&distribution).ok_or(ModelError::SmithNeedsSlopes {
-            distribution: distribution.name(),
-        })?;
         if !masking.is_smith() {
             return Err(ModelError::NeedsSmith {
                 masking: masking.name(),
             });
         }
+        let smith = Smith::new(&distribution).ok_or(ModelError::SmithNeedsSlopes {
+            masking: masking.name(),
+            distribution: distribution.name(),
+        })?;
         let interface = Interface::new(media.eta_a, media.eta_b, media.transport)?;
         if (media.eta_b / media.eta_a - 1.0).abs() < LEAST_BEND {
             return Err(ModelError::NoBend {

@@ -120,6 +120,12 @@ pub(super) fn error(error: f64) -> String {
     }
 }
 
+/// So many things, as `1 table` or `3 tables`.
+pub(super) fn counted(count: usize, thing: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {thing}{plural}")
+}
+
 /// A count with its thousands set apart.
 pub(super) fn count(count: u64) -> String {
     let digits = count.to_string();

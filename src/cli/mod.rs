@@ -36,6 +36,7 @@ Examples:
   furnace view                              a page for a browser: lobes, tables and furnace
   furnace inspect outputs/default/FILE.exr  what a table holds
   furnace shader --tables outputs/default   functions that sample the tables, to paste into a shader
+  furnace bake --profile three              the tables of an engine, in its layout
 
 rho_hd is the share of light from one direction that a material reflects into all others; rho_hh is its mean.
 Every number comes with an error: a bound (quadrature), a 99 % interval (Monte Carlo), or rounding alone (closed forms).
@@ -131,6 +132,23 @@ struct Shape {
     /// tabulated, every lobe has both sides, three channels, and roughness over its whole range or an axis of azimuth.
     #[arg(long)]
     all_effects: bool,
+}
+
+impl Shape {
+    /// Refuses options that are given and would do nothing beside `with`, but for those that are `allowed`.
+    fn refuse(&self, allowed: impl Fn(&str) -> bool, with: &str) -> Result<(), Failure> {
+        let given = [
+            ("--resolution", self.resolution.is_some()),
+            ("--roughness-resolution", self.roughness_resolution.is_some()),
+            ("--azimuth-resolution", self.azimuth_resolution.is_some()),
+            ("--axis", self.axis.0.is_some()),
+            ("--all-effects", self.all_effects),
+        ];
+        match given.into_iter().find(|(option, given)| *given && !allowed(option)) {
+            Some((option, _)) => Err(format!("{option} is not allowed with {with}: leave it out").into()),
+            None => Ok(()),
+        }
+    }
 }
 
 /// `--axis`: a mapping, or nothing for the measured choice.

@@ -88,6 +88,10 @@ impl ShaderCommand {
 
     /// The shader of a scene, and the name of its file.
     fn of_scene(&self) -> Result<(SceneShader, String), Failure> {
+        if self.tables.is_some() {
+            self.shape
+                .refuse(|_| false, "--tables, whose manifest.json has the shape of each table")?;
+        }
         let scene = load(self.scene.as_deref())?;
         let manifest = match &self.tables {
             Some(directory) => Some((directory, Manifest::read(&directory.join(FILE_NAME))?)),
@@ -115,6 +119,9 @@ impl ShaderCommand {
 
     /// The shader of the tables of an engine.
     fn of_profile(&self, profile: Profile) -> Result<SceneShader, Failure> {
+        let sizes = ["--resolution", "--roughness-resolution"];
+        self.shape
+            .refuse(|option| sizes.contains(&option), "--profile, which fixes the layout")?;
         let sizes = Sizes {
             mu: self.shape.resolution,
             roughness: self.shape.roughness_resolution,

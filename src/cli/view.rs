@@ -4,7 +4,7 @@ use super::{Failure, format, in_pool, load, number, output_directory, select};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use whitefurnace::export::write::write_whole;
+use whitefurnace::export::write::{check_replaceable, write_whole};
 use whitefurnace::scene::Scene;
 use whitefurnace::table::names::file_stem;
 use whitefurnace::view::{Cast, SIZES, TOLERANCE, html, sheets, work};
@@ -70,6 +70,7 @@ impl View {
                 format!("--out: {path} is a directory, where the name of a file is wanted: {path}/view.html").into(),
             );
         }
+        check_replaceable(&path)?;
         match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => output_directory(parent)?,
             _ => {}

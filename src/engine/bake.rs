@@ -3,12 +3,12 @@
 use super::fit::{Fitted, Problem, fit};
 use super::grid::{Grid, Places};
 use super::mean::means;
-use super::measure::measured;
+use super::measure::Probes;
 use super::round::{Code, round};
 use super::sheet::{Along, Sheet, Term};
 use super::truth::{Quantity, TruthError};
 use crate::table::axis::AxisError;
-use crate::table::texture::{Texture, TextureAxis, TextureError};
+use crate::table::texture::{LookupError, Texture, TextureAxis, TextureError};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use thiserror::Error;
@@ -58,12 +58,20 @@ pub enum SheetError {
 /// Truths at all places of a grid.
 pub(super) type Truths = BTreeMap<Quantity, Vec<f64>>;
 
+/// A finished table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Baked {
+    /// Texels so that interpolated values come nearest to the truth, with the errors of lookups.
+    pub texture: Texture,
+    /// The errors that the same texels would leave if each held the truth at its place, as generators of engines compute them. Of tables
+    /// with two axes; none otherwise.
+    pub sampled: Vec<LookupError>,
+}
+
 /// How texel values come to be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Texels {
-    /// So that interpolated values come nearest to the truth.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Texels {
     Fitted,
-    /// The truth at the place of each texel, as generators of engines compute them.
     Sampled,
 }
 
@@ -72,12 +80,7 @@ pub enum Texels {
 ///
 /// # Errors
 /// [`SheetError`]
-pub fn bake(
-    sheet: &Sheet,
-    texels: Texels,
-    earlier: &[(&Sheet, &Texture)],
-    done: &(dyn Fn(u64) + Sync),
-) -> Result<Texture, SheetError> {
+pub fn bake(sheet: &Sheet, earlier: &[(&Sheet, &Texture)], done: &(dyn Fn(u64) + Sync)) -> Result<Baked, SheetError> {
     let axis = |along: &Along| {
         along.axis().map_err(|source| SheetError::Axis {
             sheet: sheet.name,
@@ -85,26 +88,36 @@ pub fn bake(
         })
     };
     let axes: Vec<TextureAxis> = sheet.axes.iter().map(axis).collect::<Result<_, _>>()?;
-    let columns = match sheet.is_mean() {
-        true => means(sheet, &axes, earlier)?,
-        false => columns(sheet, &axes, texels, done)?,
+    let texture = |columns: Vec<Vec<f64>>| {
+        let count = columns.first().map_or(0, Vec::len);
+        let values = (0..count).flat_map(|texel| columns.iter().map(move |column| column[texel]));
+        let texture = Texture {
+            id: sheet.name.into(),
+            values: values.collect(),
+            axes: axes.clone(),
+            channels: sheet.channels.iter().map(|term| term.channel()).collect(),
+            storage: sheet.storage,
+            errors: Vec::new(),
+            facts: facts(sheet),
+        };
+        texture.rounded()
     };
-    let count = columns.first().map_or(0, Vec::len);
-    let values = (0..count).flat_map(|texel| columns.iter().map(move |column| column[texel]));
-    let texture = Texture {
-        id: sheet.name.into(),
-        values: values.collect(),
-        axes,
-        channels: sheet.channels.iter().map(|term| term.channel()).collect(),
-        storage: sheet.storage,
-        errors: Vec::new(),
-        facts: facts(sheet, texels),
-    };
-    let mut texture = texture.rounded()?;
-    if !sheet.is_mean() {
-        texture.errors = measured(sheet, &texture, done)?;
+    let mut sampled = Vec::new();
+    if sheet.is_mean() {
+        let texture = texture(means(sheet, &axes, earlier)?)?;
+        return Ok(Baked { texture, sampled });
     }
-    Ok(texture)
+    let mut fitted = texture(columns(sheet, &axes, Texels::Fitted, done)?)?;
+    let probes = Probes::new(sheet, &axes, done)?;
+    fitted.errors = probes.errors(sheet, &fitted)?;
+    if sheet.is_compared() {
+        let plain = texture(columns(sheet, &axes, Texels::Sampled, done)?)?;
+        sampled = probes.errors(sheet, &plain)?;
+    }
+    Ok(Baked {
+        texture: fitted,
+        sampled,
+    })
 }
 
 /// Number of places at which [`bake`] computes integrals.
@@ -116,7 +129,9 @@ pub fn work(sheet: &Sheet) -> u64 {
         let count = |along: &Along| per_cell(along.size) * (along.size + 1) + 3;
         sheet.axes.iter().map(count).product::<usize>() as u64
     };
-    all(&|size| fit_places(sheet, size)) + all(&|size| probes(sheet, size))
+    let texels: usize = sheet.axes.iter().map(|along| along.size).product();
+    let compared = if sheet.is_compared() { texels as u64 } else { 0 };
+    all(&|size| fit_places(sheet, size)) + all(&|size| probes(sheet, size)) + compared
 }
 
 /// Parts of a cell whose borders are places of the fit.
@@ -135,16 +150,12 @@ pub(super) fn probes(sheet: &Sheet, size: usize) -> usize {
     }
 }
 
-fn facts(sheet: &Sheet, texels: Texels) -> Vec<(String, String)> {
-    let how = match texels {
-        Texels::Fitted => "fitted so that interpolated values come nearest to the truth",
-        Texels::Sampled => "the truth at the place of each texel",
-    };
+fn facts(sheet: &Sheet) -> Vec<(String, String)> {
     [
         ("purpose", sheet.purpose),
         ("distribution", sheet.lobe.family.name()),
         ("masking", sheet.lobe.masking.name()),
-        ("texels", how),
+        ("texels", "fitted so that interpolated values come nearest to the truth"),
     ]
     .map(|(name, value)| (name.to_owned(), value.to_owned()))
     .into()

@@ -1,10 +1,10 @@
 //! How far lookups in a finished texture are off.
 
-use super::bake::{DIELECTRIC_R0, SheetError, dielectric, probes, total_of, truths};
+use super::bake::{DIELECTRIC_R0, SheetError, Truths, dielectric, probes, total_of, truths};
 use super::grid::{Grid, Places};
 use super::sheet::{Sheet, Term};
 use super::truth::Quantity;
-use crate::table::texture::{LookupError, Texture};
+use crate::table::texture::{LookupError, Texture, TextureAxis};
 use rayon::prelude::*;
 
 /// Starts of the search for the largest error, and its rounds: each halves a step of a part of a cell.
@@ -89,44 +89,45 @@ impl Gauge {
     }
 }
 
-/// Errors of lookups, over the domain and over all of it.
-///
-/// Places are those of a grid that the fit has not seen, and of a search from the worst of them; what the truth may be off by is
-/// added.
-pub(super) fn measured(
-    sheet: &Sheet,
-    texture: &Texture,
-    done: &(dyn Fn(u64) + Sync),
-) -> Result<Vec<LookupError>, SheetError> {
-    let domain = sheet.domain();
-    let axes = &texture.axes;
-    let places = |(axis, domain): (&_, &[f64; 2])| {
-        let axis: &crate::table::texture::TextureAxis = axis;
-        Places::midpoints(axis, probes(sheet, axis.axis.size)).and_ends(axis, *domain, 0.0)
-    };
-    let grid = Grid::new(axes, axes.iter().zip(&domain).map(places).collect());
-    let truths = truths(sheet, &grid, done)?;
-    let whole = vec![[0.0, 1.0]; axes.len()];
-    let mut errors = Vec::new();
-    let quantities = sheet.quantities();
-    for gauge in Gauge::of(sheet) {
-        let all: Option<Vec<f64>> = (0..grid.len())
-            .into_par_iter()
-            .map(|index| {
-                let values = quantities.iter().map(|quantity| truths[quantity][index]).collect();
-                gauge.error(
-                    &sheet.channels,
-                    &texture.lookup(&grid.values(index)),
-                    &(&quantities, values),
-                )
-            })
-            .collect();
-        let Some(all) = all else { continue };
-        for domain in [&domain, &whole] {
-            errors.push(summary(sheet, texture, gauge, (&grid, &all), domain)?);
-        }
+/// Places that the fit has not seen, and the truths there.
+pub(super) struct Probes {
+    grid: Grid,
+    truths: Truths,
+}
+
+impl Probes {
+    /// For lookups in textures of `sheet` with these axes.
+    pub(super) fn new(sheet: &Sheet, axes: &[TextureAxis], done: &(dyn Fn(u64) + Sync)) -> Result<Self, SheetError> {
+        let places = |(axis, domain): (&TextureAxis, &[f64; 2])| {
+            Places::midpoints(axis, probes(sheet, axis.axis.size)).and_ends(axis, *domain, 0.0)
+        };
+        let grid = Grid::new(axes, axes.iter().zip(&sheet.domain()).map(places).collect());
+        let truths = truths(sheet, &grid, done)?;
+        Ok(Self { grid, truths })
     }
-    Ok(errors)
+
+    /// Errors of lookups in `texture`, over the domain and over all of it.
+    ///
+    /// The largest is that of a search from the worst of these places; what the truth may be off by is added.
+    pub(super) fn errors(&self, sheet: &Sheet, texture: &Texture) -> Result<Vec<LookupError>, SheetError> {
+        let Self { grid, truths } = self;
+        let domains = [sheet.domain(), vec![[0.0, 1.0]; texture.axes.len()]];
+        let mut errors = Vec::new();
+        let quantities = sheet.quantities();
+        for gauge in Gauge::of(sheet) {
+            let error = |index: usize| {
+                let values = quantities.iter().map(|quantity| truths[quantity][index]).collect();
+                let channels = texture.lookup(&grid.values(index));
+                gauge.error(&sheet.channels, &channels, &(&quantities, values))
+            };
+            let all: Option<Vec<f64>> = (0..grid.len()).into_par_iter().map(error).collect();
+            let Some(all) = all else { continue };
+            for domain in &domains {
+                errors.push(summary(sheet, texture, gauge, (grid, &all), domain)?);
+            }
+        }
+        Ok(errors)
+    }
 }
 
 fn summary(

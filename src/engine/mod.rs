@@ -12,7 +12,7 @@ mod round;
 mod sheet;
 mod truth;
 
-pub use bake::{DIELECTRIC_R0, SheetError, Texels, bake, work};
+pub use bake::{Baked, DIELECTRIC_R0, SheetError, bake, work};
 pub use profile::{LOBES, Profile, Sizes};
 pub use sheet::{Along, Parameter, Sheet, Side, Term};
 pub use truth::{Lobe, Place, Quantity, TruthError};

@@ -237,6 +237,11 @@ impl Sheet {
         }
     }
 
+    /// Whether what texels leave that are not fitted is worth a look beside those that are.
+    pub(super) fn is_compared(&self) -> bool {
+        self.axes.len() == 2 && !self.is_mean()
+    }
+
     /// Whether it is a mean of a sheet before it.
     pub(super) fn is_mean(&self) -> bool {
         self.quantities().is_empty()

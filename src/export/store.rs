@@ -21,7 +21,7 @@ mod textures;
 
 use super::manifest::{self, Manifest, TableEntry};
 use super::read::{Contents, read_exr};
-use super::write::{PART, create_dir, sync_dir, write_checked_later, write_whole};
+use super::write::{PART, check_replaceable, create_dir, replaceable, sync_dir, write_checked_later, write_whole};
 use super::{ExportError, FORMAT, VERSION, sha256_hex, shown};
 use crate::printable::printable;
 use crate::table::Table;
@@ -263,9 +263,7 @@ impl Store {
                 continue;
             }
             // found out before the first rename, not in the midst of them
-            if to.is_dir() {
-                return Err(ExportError::io("write", &to)(ErrorKind::IsADirectory.into()));
-            }
+            check_replaceable(&to)?;
             let from = cache.join(entry_of(manifest, entry));
             let part = cache.join(format!("{index}{PART}"));
             // a name that gets another file gets a new time with it, also when that file is an old one
@@ -288,9 +286,7 @@ impl Store {
     fn place(&self, manifest: &Manifest, staged: &[(PathBuf, PathBuf)]) -> Result<(), ExportError> {
         let (cache, last) = (self.cache(), self.directory.join(manifest::FILE_NAME));
         let [pending, before] = ["manifest", "before"].map(|name| cache.join(format!("{name}{PART}")));
-        if last.is_dir() {
-            return Err(ExportError::io("replace", &last)(ErrorKind::IsADirectory.into()));
-        }
+        replaceable(&last).map_err(ExportError::io("replace", &last))?;
         let json = manifest.to_json()?;
         let is_new = !holds(&last, json.as_bytes());
         if is_new {

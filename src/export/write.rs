@@ -45,9 +45,7 @@ pub fn write_described(
         let path = directory.join(name);
         let stage = || -> io::Result<NamedTempFile> {
             // found out before the first rename, not in the midst of them
-            if path.is_dir() {
-                return Err(io::ErrorKind::IsADirectory.into());
-            }
+            replaceable(&path)?;
             let mut temporary = temporary_in(directory)?;
             temporary.write_all(bytes)?;
             temporary.as_file().sync_all()?;
@@ -73,12 +71,44 @@ pub fn write_described(
     Ok(())
 }
 
-fn write_and_rename(path: &Path, bytes: &[u8], durable: Durable) -> Result<(), ExportError> {
-    // The rename of a file onto an empty path would fail late and with a puzzling reason.
+/// Whether a file may take the name `path`, found out without changing anything: where a directory, a device, a pipe or a link to
+/// nothing has it, a rename would fail, or take away what is no file.
+///
+/// # Errors
+/// [`ExportError::Io`] with the path and what is there.
+pub fn check_replaceable(path: &Path) -> Result<(), ExportError> {
+    replaceable(path).map_err(ExportError::io("write", path))
+}
+
+pub(super) fn replaceable(path: &Path) -> io::Result<()> {
     if path.file_name().is_none() {
-        let source = io::Error::new(io::ErrorKind::InvalidInput, "the path names no file");
-        return Err(ExportError::io("write", path)(source));
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"));
     }
+    // a file that is not there yet, or whose directory cannot be looked into, which making the file tells better
+    let Ok(about) = std::fs::symlink_metadata(path) else {
+        return Ok(());
+    };
+    let about = match about.is_symlink() {
+        true => std::fs::metadata(path).map_err(|_| io::Error::other("it is a symbolic link to nothing"))?,
+        false => about,
+    };
+    if about.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    match about.is_file() {
+        true => Ok(()),
+        false => Err(io::Error::other("it is a device, a pipe or a socket, and not a file")),
+    }
+}
+
+fn write_and_rename(path: &Path, bytes: &[u8], durable: Durable) -> Result<(), ExportError> {
+    replaceable(path).map_err(ExportError::io("write", path))?;
+    // what a link leads to is replaced, and the link stays
+    let target = match path.is_symlink() {
+        true => std::fs::canonicalize(path).map_err(ExportError::io("write", path))?,
+        false => path.to_path_buf(),
+    };
+    let path = target.as_path();
     let directory = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -192,6 +222,34 @@ mod tests {
         assert!(write_whole(Path::new(""), b"x").is_err() && write_whole(Path::new("/"), b"x").is_err());
         assert_eq!(entries(directory.path()), 2);
         assert_eq!(entries(&taken), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_what_is_no_file_stays() {
+        use std::os::unix::fs::{FileTypeExt, symlink};
+        let directory = tempfile::tempdir().unwrap();
+        let [file, link, lost, socket] = ["file", "link", "lost", "socket"].map(|name| directory.path().join(name));
+        fs::write(&file, b"before").unwrap();
+        symlink(&file, &link).unwrap();
+        write_whole(&link, b"after").unwrap();
+        assert!(link.is_symlink() && fs::read(&file).unwrap() == b"after");
+        symlink(directory.path().join("nothing"), &lost).unwrap();
+        let error = write_whole(&lost, b"x").unwrap_err();
+        assert!(format!("{:?}", error.source()).contains("link to nothing"), "{error}");
+        let _open = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        for taken in [&socket, Path::new("/dev/null")] {
+            check_replaceable(taken).unwrap_err();
+            write_described(
+                taken.parent().unwrap(),
+                &[(taken.file_name().unwrap().to_str().unwrap(), b"x")],
+                ("d", b"x"),
+            )
+            .unwrap_err();
+            write_whole(taken, b"x").unwrap_err();
+        }
+        assert!(fs::symlink_metadata(&socket).unwrap().file_type().is_socket());
+        assert_eq!(entries(directory.path()), 4);
     }
 
     #[test]

@@ -64,14 +64,15 @@ impl RoughInterface {
     /// [`ModelError`] for other distributions, maskings and indices.
     pub fn new(distribution: Isotropic, masking: Masking, eta: f64) -> Result<Self, ModelError> {
         let distribution = Distribution::from(distribution);
-        let smith = Smith::new(&distribution).ok_or(ModelError::SmithNeedsSlopes {
-            distribution: distribution.name(),
-        })?;
         if !masking.is_smith() {
             return Err(ModelError::NeedsSmith {
                 masking: masking.name(),
             });
         }
+        let smith = Smith::new(&distribution).ok_or(ModelError::SmithNeedsSlopes {
+            masking: masking.name(),
+            distribution: distribution.name(),
+        })?;
         Ok(Self::assembled(distribution, smith, masking, QUOTIENT.check(eta)?))
     }
 

@@ -1,11 +1,11 @@
 //! The bxdfs of a scene.
 
 use super::error::SceneError;
-use super::facets::{DISTRIBUTION_RULE, FRESNEL_RULE, distribution, fresnel};
+use super::facets::{DISTRIBUTION_RULE, FRESNEL_RULE, SLOPES_RULE, distribution, fresnel};
 use super::library::Library;
 use super::spec::{DistributionSpec, ModelSpec};
 use super::table::{Entry, Rule, Table};
-use super::vocabulary::{BXDFS, BxdfType, COUPLINGS, MASKINGS, TRANSPORTS, VEILS};
+use super::vocabulary::{BXDFS, BxdfType, COUPLINGS, MASKINGS, SMITHS, TRANSPORTS, VEILS};
 use crate::bxdf::{
     Coupling, Flags, FresnelSpecular, Lambertian, Media, ModelError, OrenNayar, SpecularReflection,
     SpecularTransmission, Transport, Veil,
@@ -133,17 +133,17 @@ fn rough_dielectric(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     ];
     table.only("rough-dielectric", &keys)?;
     let (eta_a, eta_b, transport) = interface(table)?;
-    let facets = table.required("distribution", &DISTRIBUTION_RULE)?;
+    let facets = table.required("distribution", &SLOPES_RULE)?;
     let DistributionSpec::Isotropic { family, roughness } = distribution(facets)? else {
         return Err(facets.refuse("is not allowed: a rough-dielectric has one roughness, the same along both tangents"));
     };
-    let masking = table.required("masking", &MASKINGS)?;
+    let masking = table.required("masking", &SMITHS)?;
     let model = ModelSpec::RoughDielectric {
         reflectance: or_white(table, REFLECTANCE)?,
         transmittance: or_white(table, TRANSMITTANCE)?,
         family,
         roughness,
-        masking: masking.choice(&MASKINGS)?,
+        masking: masking.choice(&SMITHS)?,
         media: Media {
             eta_a,
             eta_b,
@@ -152,7 +152,10 @@ fn rough_dielectric(table: &Table<'_>) -> Result<ModelSpec, SceneError> {
     };
     match model.at(None) {
         Ok(_) => Ok(model),
-        Err(error @ ModelError::NoBend { .. }) => Err(table.refuse(error.to_string())),
+        Err(error @ ModelError::NoBend { .. }) => Err(match table.optional("eta_b") {
+            Some(entry) => entry.refuse(format!("is not allowed: {error}")),
+            None => table.refuse(error.to_string()),
+        }),
         Err(error) => Err(masking.refuse(format!("does not go with the rest: {error}"))),
     }
 }

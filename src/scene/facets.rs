@@ -11,6 +11,9 @@ use crate::measured::index::{ConductorIndex, NAMES};
 use crate::parameter::{ETA, EXTINCTION, Legal, R0};
 use crate::spectrum::Spectrum;
 
+pub(super) const SLOPES_RULE: &str =
+    "distribution is a table such as { type = \"ggx\", alpha = 0.3 }, of ggx or beckmann";
+
 pub(super) const DISTRIBUTION_RULE: &str = "distribution is a table such as { type = \"vmf\", kappa = 17.0 }";
 
 pub(super) fn distribution(entry: Entry<'_>) -> Result<DistributionSpec, SceneError> {

@@ -177,11 +177,11 @@ fn wrong_types() {
             ),
             (
                 "{ type = 'rough-dielectric', eta_a = 1.5, eta_b = 1.5, masking = 'smith', distribution = { type = 'ggx', alpha = 0.1 } }",
-                "eta_b = 1.5 is not allowed beside eta_a = 1.5",
+                "eta_b = 1.5 is not allowed: indices 1.5 and 1.5 of a rough interface are as good as equal",
             ),
             (
                 "{ type = 'rough-dielectric', eta_b = 1.5, masking = 'v-groove', distribution = { type = 'ggx', alpha = 0.1 } }",
-                "it takes smith or smith-correlated",
+                "masking is one of \"smith\", \"smith-correlated\"",
             ),
             (
                 "{ type = 'rough-dielectric', eta_b = 1.5, masking = 'smith', distribution = { type = 'phong', n = 9 } }",

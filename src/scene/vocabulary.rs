@@ -122,6 +122,15 @@ pub(super) const MASKINGS: Vocabulary<Masking> = Vocabulary {
     ],
 };
 
+/// The maskings of rough refraction.
+pub(super) const SMITHS: Vocabulary<Masking> = Vocabulary {
+    what: "masking",
+    known: &[
+        ("smith", Masking::Smith),
+        ("smith-correlated", Masking::SmithCorrelated),
+    ],
+};
+
 pub(super) const FRESNELS: Vocabulary<FresnelType> = Vocabulary {
     what: "fresnel",
     known: &[

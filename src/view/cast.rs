@@ -93,9 +93,13 @@ pub enum CastError {
 }
 
 fn first(left_out: &[LeftOut]) -> String {
+    let more = match left_out.len().saturating_sub(1) {
+        0 => String::new(),
+        count => format!("; nor are {count} others"),
+    };
     left_out.first().map_or_else(
         || ", and the scene has no material".into(),
-        |LeftOut { name, reason }| format!("; `{name}` is not shown: {reason}"),
+        |LeftOut { name, reason }| format!("; `{name}` is not shown: {reason}{more}"),
     )
 }
 

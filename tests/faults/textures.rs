@@ -6,6 +6,7 @@ use super::directory::{
 };
 use super::disk::{can_mount, mounted};
 use std::fs;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -81,8 +82,11 @@ fn killed_bakes_of_textures_leave_whole_files() {
         batch: 0,
     });
     let mut killed = 0;
-    while killed < 20 {
-        let out = directory.path().join(format!("out{killed}"));
+    for round in 0.. {
+        if killed >= 20 {
+            break;
+        }
+        let out = directory.path().join(format!("out{round}"));
         fs::create_dir(&out).unwrap();
         for (name, bytes) in &before {
             fs::write(out.join(name), bytes).unwrap();
@@ -192,7 +196,7 @@ fn a_profile_on_a_full_or_closed_disk_changes_nothing() {
              \"$3/out\" > /dev/null; echo \"code $?\"\n"
         )
     };
-    let sums = "(cd \"$3/out\" && ls -A && sha256sum *)";
+    let sums = " (cd \"$3/out\" && ls -A && sha256sum *) ";
     let (first, second) = (bake("f16", "ktx2"), bake("f32", "ktx2,raw,wgsl,glsl,hlsl"));
     let script = format!(
         "mount -t tmpfs -o size=10m none \"$3\" || exit 99\n{first}\
@@ -259,4 +263,57 @@ fn killed_profiles_leave_no_description_of_other_files() {
     good(profile(&out, "unorm16"));
     let left = everything(&out);
     assert!(after.iter().all(|(name, bytes)| left.get(name) == Some(bytes)));
+}
+
+/// Ctrl-C says that nothing is written, and nothing is.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_profile_leaves_what_was_there() {
+    let directory = quick_directory();
+    let out = directory.path().join("out");
+    good(profile(&out, "f16"));
+    let before = everything(&out);
+    // at its own size it takes seconds
+    let mut command = Command::new(env!("CARGO_BIN_EXE_furnace"));
+    command.args(["bake", "--profile", PROFILE, "--out"]).arg(&out);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // by what it announces it is known to have begun
+    let mut messages = BufReader::new(child.stderr.take().unwrap());
+    let mut announced = String::new();
+    messages.read_line(&mut announced).unwrap();
+    assert!(
+        announced.contains("1 table to fit") && announced.contains(out.to_str().unwrap()),
+        "{announced}"
+    );
+    let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(signal.unwrap().success());
+    let mut rest = String::new();
+    messages.read_to_string(&mut rest).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{rest}");
+    assert!(rest.contains("interrupted: nothing is written"), "{rest}");
+    assert!(everything(&out) == before);
+}
+
+/// A bake of other formats says which files it leaves that its description no longer lists.
+#[test]
+fn files_of_earlier_profiles_are_told_of() {
+    let directory = quick_directory();
+    let out = directory.path().join("out");
+    good(profile(&out, "f16"));
+    let mut command = profile(&out, "f16");
+    command.args(["--format", "dds"]);
+    let message = errors(&good(command));
+    assert!(!message.contains("earlier"), "{message}");
+    let sizes = ["--resolution", "4", "--roughness-resolution", "4"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_furnace"));
+    command.args(["bake", "--profile", PROFILE]).args(sizes);
+    command
+        .args(["--format", "png", "--storage", "unorm16", "--out"])
+        .arg(&out);
+    let message = errors(&good(command));
+    assert!(
+        message.contains("files of an earlier bake") && message.contains("dfg.ktx2, dfg.bin, dfg.json, dfg.dds"),
+        "{message}"
+    );
+    assert!(message.contains("the code of filament reads dfg as f16"), "{message}");
 }

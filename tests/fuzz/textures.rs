@@ -10,9 +10,9 @@ use whitefurnace::table::texture::Texture;
 pub(crate) const WORDS: [&str; 24] = [
     "whitefurnace.size\0[1,1,1]\0",
     "whitefurnace.range\0[0.0,1.0]\0",
-    "whitefurnace.axes.0.size\01\0",
+    "whitefurnace.axes.0.size\x001\0",
     "whitefurnace.channels.4.name\0x\0",
-    "whitefurnace.textureFormat\02\0",
+    "whitefurnace.textureFormat\x002\0",
     "\"size\": [18446744073709551615, 2, 1]",
     "\"channels\": [{}]",
     "\"axes\": [[[[",

@@ -144,7 +144,13 @@ fn what_is_not_allowed_is_refused_with_what_is() {
         Profile::ALL.iter().all(|profile| words.contains(profile.name())),
         "{errors}"
     );
-    for (option, value) in [("--tolerance", "1e-5"), ("--samples", "64"), ("--axis", "mu")] {
+    for (option, value) in [
+        ("--tolerance", "1e-5"),
+        ("--samples", "64"),
+        ("--axis", "mu"),
+        ("--seed", "7"),
+        ("--estimator", "mc-uniform"),
+    ] {
         let errors = refused(&["--profile", "three", option, value]);
         assert!(errors.contains(option), "{errors}");
         if option == "--tolerance" {

@@ -5,7 +5,7 @@ use crate::gpu::Raw;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::sync::OnceLock;
-use whitefurnace::engine::{Profile, Sheet, Sizes, Texels, bake};
+use whitefurnace::engine::{Profile, Sheet, Sizes, bake};
 use whitefurnace::table::texture::{LookupError, Texture};
 
 pub(crate) type Baked = Vec<(Sheet, Texture)>;
@@ -32,7 +32,7 @@ pub(crate) fn baked_with(sheets: Vec<Sheet>) -> Baked {
     let mut baked: Baked = Vec::new();
     for sheet in sheets {
         let earlier: Vec<(&Sheet, &Texture)> = baked.iter().map(|(sheet, texture)| (sheet, texture)).collect();
-        let texture = bake(&sheet, Texels::Fitted, &earlier, &|_| ()).unwrap();
+        let texture = bake(&sheet, &earlier, &|_| ()).unwrap().texture;
         baked.push((sheet, texture));
     }
     baked

@@ -213,7 +213,8 @@ fn smith_goes_with_slopes_only() {
         ] {
             let refused = Microfacet::new(Spectrum::grey(1.0), distribution, masking, Fresnel::None).unwrap_err();
             let message = format!(
-                "masking \"smith\" is not allowed with distribution \"{}\": it goes with beckmann and ggx only",
+                "masking \"{}\" is not allowed with distribution \"{}\": it goes with beckmann and ggx only",
+                masking.name(),
                 distribution.name()
             );
             assert_eq!(refused.to_string(), message);

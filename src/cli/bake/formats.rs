@@ -41,12 +41,7 @@ impl Formats {
             .iter()
             .find(|format| self.storage.is_some_and(|storage| !format.takes(storage)));
         match (refused, self.storage) {
-            (Some(format), Some(storage)) => Err(format!(
-                "--storage {} is not allowed with --format {}",
-                storage.name(),
-                format.name()
-            )
-            .into()),
+            (Some(format), Some(storage)) => Err(not_taken(*format, storage)),
             _ => {
                 let mut formats = Vec::new();
                 for format in &self.format {
@@ -70,11 +65,7 @@ impl Formats {
         for &format in self.format.iter().filter(|format| **format != Format::Exr) {
             let storage = self.storage.unwrap_or(format.default_storage());
             if !format.takes(storage) {
-                let (format, storage) = (format.name(), storage.name());
-                return Err(format!(
-                    "--storage {storage} is not allowed with --format {format}: choose --storage unorm16 or unorm8, or another format"
-                )
-                .into());
+                return Err(not_taken(format, storage));
             }
             if !wanted.contains(&(format, storage)) {
                 wanted.push((format, storage));
@@ -89,6 +80,21 @@ impl Formats {
             _ => Ok(wanted),
         }
     }
+}
+
+fn not_taken(format: Format, storage: Storage) -> Failure {
+    let takes: Vec<&str> = Storage::ALL
+        .into_iter()
+        .filter(|storage| format.takes(*storage))
+        .map(Storage::name)
+        .collect();
+    format!(
+        "--storage {} is not allowed with --format {}: choose --storage {}, or another format",
+        storage.name(),
+        format.name(),
+        takes.join(" or ")
+    )
+    .into()
 }
 
 /// Writes the finished tables in these formats under temporary names, and lists them in their entries.

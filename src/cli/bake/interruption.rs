@@ -2,8 +2,9 @@
 
 use crate::cli::format;
 use std::io::{IsTerminal, stderr};
+use std::path::Path;
 use std::process::exit;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use whitefurnace::export::store::Store;
 
 /// What shells expect of a program that SIGINT ended.
@@ -40,4 +41,40 @@ pub(super) fn tell_what_is_kept(store: &Arc<Store>, tables: usize) {
     };
     // an error here means that somebody else handles the signal
     drop(ctrlc::try_set_handler(tell));
+}
+
+/// Files that are to appear together.
+pub(super) struct Publication {
+    /// Whether they have appeared; locked while they do.
+    done: Arc<Mutex<bool>>,
+}
+
+impl Publication {
+    /// Runs `write` without being interrupted.
+    pub(super) fn publish<E>(&self, write: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
+        let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+        write()?;
+        *done = true;
+        Ok(())
+    }
+}
+
+/// On SIGINT lets files that are being written be finished, says what `directory` holds, and ends the program.
+pub(super) fn tell_nothing_is_written(directory: &Path) -> Publication {
+    let done = Arc::new(Mutex::new(false));
+    let (told, directory) = (Arc::clone(&done), directory.display().to_string());
+    let tell = move || {
+        // held until the end: nothing begins to be written any more
+        let done = told.lock().unwrap_or_else(PoisonError::into_inner);
+        if stderr().is_terminal() {
+            format::complain("");
+        }
+        match *done {
+            true => format::complain(format!("interrupted: all tables are in {directory}")),
+            false => format::complain(format!("interrupted: nothing is written, {directory} is as it was")),
+        }
+        exit(INTERRUPTED);
+    };
+    drop(ctrlc::try_set_handler(tell));
+    Publication { done }
 }

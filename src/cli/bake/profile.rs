@@ -1,11 +1,17 @@
 //! `furnace bake --profile`: the tables of an engine, in its layout.
 
-use super::Bake;
+mod report;
+
+use super::{Bake, interruption};
 use crate::cli::{Failure, format, output_directory};
 use serde_json::{Map, Value, json};
+use std::collections::HashSet;
+use std::fs;
+use std::io::{IsTerminal, stderr};
 use std::path::Path;
 use std::time::Instant;
-use whitefurnace::engine::{self, LOBES, Lobe, Profile, Sheet, Sizes, Term, Texels};
+use whitefurnace::engine::{self, LOBES, Lobe, Profile, Sheet, Sizes, Term};
+use whitefurnace::estimate::Estimator;
 use whitefurnace::export::formats::{Format, facts, files};
 use whitefurnace::export::write::write_described;
 use whitefurnace::export::{SOFTWARE, VERSION, sha256_hex};
@@ -32,6 +38,12 @@ struct Baked {
     sampled: Vec<LookupError>,
     files: Vec<File>,
 }
+
+/// A bake that has run so many seconds without a terminal tells of each finished table.
+const LONG: f64 = 10.0;
+
+/// More integrals than this take seconds: such a bake is announced where no terminal looks on.
+const MANY: u64 = 100_000;
 
 pub(in crate::cli) fn parse_profile(name: &str) -> Result<Profile, String> {
     let names: Vec<&str> = Profile::ALL.into_iter().map(Profile::name).collect();
@@ -64,11 +76,25 @@ impl Bake {
             sheets.iter_mut().for_each(|sheet| sheet.lobe = lobe);
         }
         let (sheets, skipped) = called_for(sheets, scene.as_ref());
+        if let Some(storage) = self.formats.storage().filter(|_| profile != Profile::Generic) {
+            let other = sheets.iter().filter(|sheet| sheet.storage != storage);
+            let other: Vec<String> = other
+                .map(|sheet| format!("{} as {}", sheet.name, sheet.storage.name()))
+                .collect();
+            if !other.is_empty() {
+                let (storage, profile, other) = (storage.name(), profile.name(), other.join(", "));
+                format::note(format!(
+                    "the code of {profile} reads {other}: with --storage {storage} its loader has to change"
+                ));
+            }
+        }
         let directory = match &self.out {
             Some(out) => out.clone(),
             None => Path::new("outputs").join(profile.name()),
         };
         output_directory(&directory)?;
+        let publication = interruption::tell_nothing_is_written(&directory);
+        announce(profile, &sheets, &directory);
         let baked = self
             .common
             .in_pool(|| compute(sheets, profile, (&formats, self.formats.storage())))?;
@@ -78,14 +104,29 @@ impl Bake {
         let written: Vec<(&str, &[u8])> = written
             .map(|file| (file.name.as_str(), file.bytes.as_slice()))
             .collect();
-        write_described(&directory, &written, (DESCRIPTION, text.as_bytes()))?;
+        let earlier = earlier_files(&directory);
+        publication.publish(|| write_described(&directory, &written, (DESCRIPTION, text.as_bytes())))?;
+        let names: HashSet<&str> = written.iter().map(|(name, _)| *name).collect();
+        let is_left = |name: &String| !names.contains(name.as_str()) && directory.join(name).is_file();
+        let left: Vec<String> = earlier
+            .into_iter()
+            .filter(is_left)
+            .map(|name| printable(&name))
+            .collect();
+        if !left.is_empty() {
+            format::note(format!(
+                "{} also holds files of an earlier bake, which profile.json no longer lists: {}",
+                directory.display(),
+                left.join(", ")
+            ));
+        }
         let seconds = start.elapsed().as_secs_f64();
         if self.common.json {
             let directory = directory.display().to_string();
             let value = json!({ "directory": directory, "seconds": seconds, "profile": description });
             format::say(serde_json::to_string_pretty(&value)?);
         } else {
-            report(profile, &directory, &baked, &skipped, seconds);
+            report::report(profile, &directory, &baked, &skipped, seconds);
         }
         Ok(())
     }
@@ -95,14 +136,17 @@ impl Bake {
         let usual = [
             ("--tolerance", self.common.tolerance.is_empty()),
             ("--samples", self.common.samples.is_none()),
+            ("--estimator", self.common.estimator == Estimator::Auto),
+            ("--seed", self.common.seed == 0),
+            ("--no-cache", !self.no_cache),
             ("--azimuth-resolution", self.shape.azimuth_resolution.is_none()),
             ("--axis", self.shape.axis.0.is_none()),
             ("--all-effects", !self.shape.all_effects),
         ];
         match usual.into_iter().find(|(_, is_usual)| !is_usual) {
             Some((option, _)) => Err(format!(
-                "{option} is not allowed with --profile, which fixes the layout: leave it out; --resolution and \
-                 --roughness-resolution change sizes, --format and --storage files"
+                "{option} is not allowed with --profile, which fixes the layout and how texels are computed: leave it out; --resolution \
+                 and --roughness-resolution change sizes, --format and --storage files"
             )
             .into()),
             None => Ok(()),
@@ -155,6 +199,31 @@ fn effects(sheet: &Sheet) -> Vec<Effect> {
     effects
 }
 
+/// What is going to be computed, for whoever cannot see a bar.
+fn announce(profile: Profile, sheets: &[Sheet], directory: &Path) {
+    let work: u64 = sheets.iter().map(engine::work).sum();
+    if work > MANY && !stderr().is_terminal() {
+        format::note(format!(
+            "{}: {} to fit, {} integrals; nothing is written to {} before all are finished",
+            profile.name(),
+            format::counted(sheets.len(), "table"),
+            format::count(work),
+            directory.display()
+        ));
+    }
+}
+
+/// The files that an earlier bake has listed; none where there is no list that can be read.
+fn earlier_files(directory: &Path) -> Vec<String> {
+    let text = fs::read(directory.join(DESCRIPTION)).unwrap_or_default();
+    let value: Value = serde_json::from_slice(&text).unwrap_or_default();
+    let tables = value["tables"].as_array().into_iter().flatten();
+    let files = tables.flat_map(|table| table["files"].as_array().into_iter().flatten());
+    let names = files.filter_map(|file| Some(file["file"].as_str()?.to_owned()));
+    // a name, and not a way out of the directory
+    names.filter(|name| !name.contains(['/', '\\'])).collect()
+}
+
 /// Computes and encodes all sheets.
 fn compute(
     sheets: Vec<Sheet>,
@@ -164,15 +233,12 @@ fn compute(
     let work: u64 = sheets.iter().map(engine::work).sum();
     let bar = format::progress_of(work, "fitting", "integrals");
     let done = |count: u64| bar.inc(count);
+    let (start, count) = (Instant::now(), sheets.len());
     let mut baked: Vec<Baked> = Vec::new();
     for mut sheet in sheets {
         sheet.storage = storage.unwrap_or(sheet.storage);
         let earlier: Vec<(&Sheet, &Texture)> = baked.iter().map(|baked| (&baked.sheet, &baked.texture)).collect();
-        let texture = engine::bake(&sheet, Texels::Fitted, &earlier, &done)?;
-        let sampled = match sheet.axes.len() {
-            2 => engine::bake(&sheet, Texels::Sampled, &earlier, &|_| ())?.errors,
-            _ => Vec::new(),
-        };
+        let engine::Baked { texture, sampled } = engine::bake(&sheet, &earlier, &done)?;
         let formats = match formats {
             [] => vec![profile.format_of(&sheet)],
             chosen => chosen.to_vec(),
@@ -181,6 +247,9 @@ fn compute(
         for format in formats {
             let of_format = files(&texture, format)?.into_iter();
             written.extend(of_format.map(|(name, bytes)| File { name, format, bytes }));
+        }
+        if start.elapsed().as_secs_f64() > LONG && !stderr().is_terminal() {
+            format::note(format!("{}/{count} {} is fitted", baked.len() + 1, sheet.name));
         }
         baked.push(Baked {
             sheet,
@@ -216,111 +285,4 @@ fn description(profile: Profile, baked: &[Baked], skipped: &[(&str, String)]) ->
         "tables": baked.iter().map(table).collect::<Vec<_>>(),
         "skipped": skipped,
     })
-}
-
-fn report(profile: Profile, directory: &Path, baked: &[Baked], skipped: &[(&str, String)], seconds: f64) {
-    let mut text = format!(
-        "{}: {} tables in {}\n{}\n\n",
-        profile.name(),
-        baked.len(),
-        directory.display(),
-        profile.note()
-    );
-    if baked.is_empty() {
-        text += "The scene calls for none of its tables.\n";
-    } else {
-        text += &table(baked);
-    }
-    for (name, why) in skipped {
-        text += &format!("Skipped {name}: {why}.\n");
-    }
-    text += &format!("{}.", format::seconds(seconds));
-    format::say(text);
-}
-
-fn table(baked: &[Baked]) -> String {
-    let mut text = format::table(
-        &[
-            "table",
-            "texels",
-            "axes",
-            "channels",
-            "stored",
-            "bytes",
-            "error of",
-            "mean",
-            "largest",
-            "at",
-            "not fitted",
-        ],
-        &["texels", "bytes", "mean", "largest", "not fitted"],
-        baked.iter().flat_map(rows).collect(),
-    )
-    .to_string();
-    text += "\n\nErrors are of linear lookups for mu from 0.01 and roughness from 0.05 on: of `furnace` and `r0` shares of the albedo, of others \
-             of 1. `not fitted` has what the same texels would leave if each held the truth at its place: mean and largest.\n";
-    text
-}
-
-/// A line for each error over the domain, the first with what the table is.
-fn rows(baked: &Baked) -> Vec<Vec<String>> {
-    let texture = &baked.texture;
-    let sizes: Vec<String> = texture.axes.iter().map(|axis| axis.axis.size.to_string()).collect();
-    let axis = |axis: &whitefurnace::table::texture::TextureAxis| {
-        let flip = if axis.flipped { "1 - " } else { "" };
-        format!("{flip}{}", axis.axis.label())
-    };
-    let axes: Vec<String> = texture.axes.iter().map(axis).collect();
-    let channels: Vec<&str> = texture.channels.iter().map(|channel| channel.name.as_str()).collect();
-    let first = [
-        texture.id.clone(),
-        sizes.join(" x "),
-        axes.join(", "),
-        channels.join(", "),
-        texture.storage.name().to_owned(),
-        texture.bytes().to_string(),
-    ];
-    let domain = baked.sheet.domain();
-    let of_domain = || texture.errors.iter().filter(|error| error.domain == domain);
-    let line = |error: &LookupError| {
-        let at: Vec<String> = texture
-            .axes
-            .iter()
-            .zip(&error.at)
-            .map(|(axis, at)| format!("{} {at:.3}", axis.axis.parameter))
-            .collect();
-        let plain = baked
-            .sampled
-            .iter()
-            .find(|other| other.of == error.of && other.domain == error.domain);
-        let plain = plain.map(|plain| format!("{}, {}", percent(plain.mean), percent(plain.max)));
-        vec![
-            error.of.clone(),
-            percent(error.mean),
-            percent(error.max),
-            at.join(", "),
-            plain.unwrap_or_default(),
-        ]
-    };
-    let mut lines: Vec<Vec<String>> = of_domain().map(line).collect();
-    if lines.is_empty() {
-        lines.push(vec![
-            "exact mean of the table before".into(),
-            "-".into(),
-            "-".into(),
-            String::new(),
-            String::new(),
-        ]);
-    }
-    let blank = || vec![String::new(); first.len()];
-    let start = |k: usize| if k == 0 { first.to_vec() } else { blank() };
-    lines
-        .into_iter()
-        .enumerate()
-        .map(|(k, line)| [start(k), line].concat())
-        .collect()
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.4} %", 100.0 * share)
 }

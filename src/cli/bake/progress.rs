@@ -99,8 +99,8 @@ impl Progress {
             String::new()
         };
         format::note(format!(
-            "{} tables to compute, about {} on {} threads{judged}; Ctrl-C keeps what is finished",
-            self.tables,
+            "{} to compute, about {} on {} threads{judged}; Ctrl-C keeps what is finished",
+            format::counted(self.tables, "table"),
             format::seconds(seconds),
             self.threads,
         ));

@@ -36,9 +36,9 @@ pub(super) fn report(
 ) {
     let found = baked.iter().filter(|baked| baked.found).count();
     format::say(format!(
-        "{}: {} tables in {}{}\n\n",
+        "{}: {} in {}{}\n\n",
         plan.scene,
-        baked.len(),
+        format::counted(baked.len(), "table"),
         directory.display(),
         match found {
             0 => String::new(),
@@ -160,22 +160,31 @@ fn lookup_error(entry: &manifest::TableEntry) -> f64 {
     }
 }
 
+/// What only tables are called here.
+const TEXTURES: [&str; 3] = [".exr", ".ktx2", ".dds"];
+
 /// Tables in the directory that are of another bake.
 fn others(directory: &Path, baked: &[Baked]) -> Vec<String> {
     let entries = fs::read_dir(directory).into_iter().flatten().flatten();
-    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let names: Vec<String> = entries
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .collect();
     let entries = || baked.iter().map(|baked| &baked.entry);
     let files = entries().flat_map(|entry| entry.files.iter().map(|file| file.file.as_str()));
     let ours: HashSet<&str> = entries().map(|entry| entry.file.as_str()).chain(files).collect();
-    let ids: HashSet<&str> = entries().map(|entry| entry.id.as_str()).collect();
-    // the format of an earlier bake is one of these tables as it was then
+    let stem_of = |name: &'_ String| Some(name.rsplit_once('.')?.0.to_owned());
+    let textures = names
+        .iter()
+        .filter(|name| TEXTURES.iter().any(|end| name.ends_with(end)));
+    let ids = entries().map(|entry| entry.id.clone());
+    let stems: HashSet<String> = ids.chain(textures.filter_map(stem_of)).collect();
+    // numbers and source text are tables where something else of their name is one
     let is_table = |name: &str| {
         let parts = name.rsplit_once('.');
-        name.ends_with(".exr") || parts.is_some_and(|(stem, end)| ids.contains(stem) && formats::is_extension(end))
+        parts.is_some_and(|(stem, end)| stems.contains(stem) && formats::is_extension(end))
     };
-    let mut others: Vec<String> = names
-        .filter(|name| is_table(name) && !ours.contains(name.as_str()))
-        .collect();
+    let is_other = |name: &&String| is_table(name) && !ours.contains(name.as_str());
+    let mut others: Vec<String> = names.iter().filter(is_other).cloned().collect();
     others.sort();
     others
 }

@@ -5,7 +5,7 @@ use super::{Store, read_exr};
 use crate::export::formats::FormatError;
 use crate::export::manifest::{self, FileEntry, Manifest, TableEntry};
 use crate::export::read::Contents;
-use crate::export::write::PART;
+use crate::export::write::{PART, check_replaceable};
 use crate::export::{ExportError, sha256_hex};
 use crate::table::Table;
 use std::collections::HashSet;
@@ -66,9 +66,7 @@ impl Store {
             if is_in_place(&to, entry) {
                 continue;
             }
-            if to.is_dir() {
-                return Err(ExportError::io("write", &to)(ErrorKind::IsADirectory.into()));
-            }
+            check_replaceable(&to)?;
             let part = self.part_of(entry);
             let sync = File::open(&part).and_then(|file| file.sync_all());
             sync.map_err(|source| match source.kind() {

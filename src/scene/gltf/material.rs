@@ -257,11 +257,12 @@ impl<'n, 'd> Reader<'n, 'd> {
         }
         if let Some(at) = extension(VOLUME) {
             read.volume = true;
-            // a wrong one is reported where the volume is read
-            let thickness = at
-                .get("thicknessFactor")
-                .map(|at| at.number(from("thicknessFactor", 0.0)));
-            read.thick = matches!(thickness, Some(Ok(thickness)) if thickness > 0.0);
+            let thickness = at.get("thicknessFactor");
+            // a wrong one that nothing depends on is told of where the volume is read
+            read.thick = match thickness.filter(|_| needed && read.transmission.value > 0.0) {
+                Some(thickness) => thickness.number(from("thicknessFactor", 0.0))? > 0.0,
+                None => false,
+            };
         }
         Ok(read)
     }
