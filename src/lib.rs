@@ -8,11 +8,12 @@
 //! | plan | [`plan`] | a scene | the tables that it calls for, with their axes |
 //! | integrate | [`integrate`] | a planned table | its texels, each with an error and a cost |
 //! | table | [`table`] | texels | a lookup, its error at and between texels, its range |
-//! | export | [`export`] | tables | OpenEXR files and a manifest |
+//! | export | [`export`] | tables | OpenEXR files and a manifest; [`export::formats`]: KTX 2.0, DDS, PNG, raw numbers, source text |
 //!
-//! [`shader`] writes what samples the tables of a plan, [`compensation`] has the formulae that the samples are for.
-//! [`verify`], [`cost`] and [`view`] stand beside them, above [`integrate`]: the first tests models and tables, the second
-//! measures what accuracy costs in time, the third makes a page that shows tables at work; nothing below imports them.
+//! [`engine`] has another way to tables, from an engine instead of a scene: their layouts, and texels that are fitted for what its
+//! lookups interpolate. [`shader`] writes what samples the tables of a plan or of an engine, [`compensation`] has the formulae that
+//! the samples are for. [`verify`], [`cost`] and [`view`] stand beside them, above [`integrate`]: the first tests models and tables,
+//! the second measures what accuracy costs in time, the third makes a page that shows tables at work; nothing below imports them.
 //!
 //! Below them stand, importing nothing above: [`geometry`], [`spectrum`], [`parameter`], [`numerics`], [`printable`],
 //! [`measured`]; on those [`fresnel`],
@@ -54,10 +55,14 @@
 //! # Bibliography
 //!
 //! - [Abramowitz and Stegun 1964] M. Abramowitz, I. Stegun, *Handbook of Mathematical Functions*.
+//! - [Ashikhmin and Premoze 2007] M. Ashikhmin, S. Premoze, *Distribution-based BRDFs*, technical report.
+//! - [Burley 2012] B. Burley, *Physically-based shading at Disney*, SIGGRAPH course.
 //! - [Chan et al. 1983] T. Chan, G. Golub, R. LeVeque, *Algorithms for computing the sample variance*, The American
 //!   Statistician 37.
 //! - [Dupuy and Benyoub 2023] J. Dupuy, A. Benyoub, *Sampling visible GGX normals with spherical caps*, Computer Graphics
 //!   Forum 42.
+//! - [Estevez and Kulla 2017] A. Estevez, C. Kulla, *Production friendly microfacet sheen BRDF*, technical report, Sony Pictures
+//!   Imageworks.
 //! - [Heitz 2014] E. Heitz, *Understanding the masking-shadowing function in microfacet-based BRDFs*, Journal of Computer
 //!   Graphics Techniques 3.
 //! - [Heitz and d'Eon 2014] E. Heitz, E. d'Eon, *Importance sampling microfacet-based BSDFs using the distribution of
@@ -67,9 +72,12 @@
 //! - [Johnson 1978] N. Johnson, *Modified t tests and confidence intervals for asymmetrical populations*, Journal of the
 //!   American Statistical Association 73.
 //! - [Kulla and Conty 2017] C. Kulla, A. Conty, *Revisiting physically based shading at Imageworks*, SIGGRAPH course.
+//! - [Lawson 1961] C. Lawson, *Contributions to the theory of linear least maximum approximation*, dissertation, UCLA.
 //! - [Matusik et al. 2003] W. Matusik, H. Pfister, M. Brand, L. McMillan, *A data-driven reflectance model*, SIGGRAPH.
 //! - [Maurer and Pontil 2009] A. Maurer, M. Pontil, *Empirical Bernstein bounds and sample-variance penalization*, COLT.
 //! - [Mikkelsen 2009] M. Mikkelsen, *Microfacet Based Bidirectional Reflectance Distribution Function*.
+//! - [Neubelt and Pettineo 2013] D. Neubelt, M. Pettineo, *Crafting a next-gen material pipeline for The Order: 1886*, SIGGRAPH
+//!   course.
 //! - [L'Ecuyer et al. 2023] P. L'Ecuyer, M. Nakayama, A. Owen, B. Tuffin, *Confidence intervals for randomized quasi-Monte
 //!   Carlo estimators*, Winter Simulation Conference.
 //! - [Owen 1997] A. Owen, *Scrambled net variance for integrals of smooth functions*, Annals of Statistics 25.
@@ -93,17 +101,22 @@
 //!   Technical Paper 2, H. M. Stationery Office.
 //!
 //! [Abramowitz and Stegun 1964]: #bibliography
+//! [Ashikhmin and Premoze 2007]: #bibliography
+//! [Burley 2012]: #bibliography
 //! [Chan et al. 1983]: #bibliography
 //! [Dupuy and Benyoub 2023]: #bibliography
+//! [Estevez and Kulla 2017]: #bibliography
 //! [Heitz 2014]: #bibliography
 //! [Heitz and d'Eon 2014]: #bibliography
 //! [CIE 015:2018]: #bibliography
 //! [ITU-R BT.709-6]: #bibliography
 //! [Johnson 1978]: #bibliography
 //! [Kulla and Conty 2017]: #bibliography
+//! [Lawson 1961]: #bibliography
 //! [Matusik et al. 2003]: #bibliography
 //! [Maurer and Pontil 2009]: #bibliography
 //! [Mikkelsen 2009]: #bibliography
+//! [Neubelt and Pettineo 2013]: #bibliography
 //! [L'Ecuyer et al. 2023]: #bibliography
 //! [Owen 1997]: #bibliography
 //! [Patterson 1968]: #bibliography

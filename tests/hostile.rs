@@ -283,8 +283,13 @@ fn pipes_are_scenes_and_never_data() {
         &refused(here, &["verify", "--tables", "."]),
         &["manifest.json", "only a regular file"],
     );
-    // a bake replaces it
+    // somebody reads from it: a bake does not take it away
     fs::write(here.join("s.toml"), white(&["a"])).unwrap();
+    assert_names(
+        &refused(here, &["bake", "s.toml", "--out", "."]),
+        &["manifest.json", "a pipe"],
+    );
+    fs::remove_file(here.join("manifest.json")).unwrap();
     good(here, &["bake", "s.toml", "--out", "."]);
     assert!(here.join("manifest.json").is_file());
 }

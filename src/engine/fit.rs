@@ -6,7 +6,7 @@
 //! sum_x m(x) lambda(x) |s(x)/t(x) - 1|^p,
 //!
 //! m the measure of the domain, p = 1.5, by weighted least squares whose weights are renewed from the errors: towards the mean
-//! of the error by |e|^(p - 2), towards its maximum by lambda, which grows where the error is near the largest (after Lawson).
+//! of the error by |e|^(p - 2), towards its maximum by lambda, which grows where the error is near the largest [Lawson 1961].
 //! The normal equations couple neighbouring texels only and are solved by conjugate gradients. [`super::round`] rounds
 //! them to a storage format.
 
