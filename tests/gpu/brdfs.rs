@@ -12,12 +12,12 @@ use whitefurnace::shader::LIBRARY;
 use whitefurnace::spectrum::Spectrum;
 
 /// Families in the order of the shader, with roughnesses from narrow to wide.
-const FAMILIES: [(Option<Family>, [f64; 2]); 5] = [
-    (Some(Family::Ggx), [1e-4, 2.0]),
-    (Some(Family::Beckmann), [1e-4, 2.0]),
-    (Some(Family::Vmf), [1e-3, 1e7]),
-    (Some(Family::Phong), [1e-3, 1e7]),
-    (None, [0.05, 1.0]),
+const FAMILIES: [(Family, [f64; 2]); 5] = [
+    (Family::Ggx, [1e-4, 2.0]),
+    (Family::Beckmann, [1e-4, 2.0]),
+    (Family::Vmf, [1e-3, 1e7]),
+    (Family::Phong, [1e-3, 1e7]),
+    (Family::Charlie, [0.05, 1.0]),
 ];
 
 struct Case {
@@ -48,15 +48,15 @@ fn case(stream: &mut Stream, number: usize) -> Case {
     let (family, [low, high]) = FAMILIES[index];
     let roughness = rounded((between(low.ln(), high.ln())).exp());
     let masking_index = match family {
-        Some(Family::Ggx | Family::Beckmann) => number / 5 % 5,
-        Some(_) => [0, 1, 4][number / 5 % 3],
-        None => 4,
+        Family::Ggx | Family::Beckmann => number / 5 % 5,
+        Family::Vmf | Family::Phong => [0, 1, 4][number / 5 % 3],
+        Family::Charlie => 4,
     };
     // half of the directions mirror each other but for a facet of the lobe's width: there the lobe is
     let theta_o = between(0.0, 1.55);
     let wo = Polar::from_angle(theta_o).direction(between(0.0, std::f64::consts::TAU));
-    let wi = match (family, number % 2) {
-        (Some(family), 0) => {
+    let wi = match number % 2 {
+        0 if family != Family::Charlie => {
             let h = family
                 .with(roughness)
                 .unwrap()
@@ -80,24 +80,19 @@ fn case(stream: &mut Stream, number: usize) -> Case {
     };
     let half = half_vector(wo, wi).filter(|_| wo.z >= 0.0 && wi.z >= 0.0);
     let theta = half.map_or(Polar::POLE, |half| Polar::of(half.wh));
-    let unmasked = |d: f64| match half {
+    let smooth = |d: f64| match half {
         Some(_) => d / (4.0 * (wo.z + wi.z - wo.z * wi.z)),
         None => 0.0,
     };
     let scale = DVec3::from_array(reflectance);
     let factor = |lobe: f64| half.map_or(DVec3::ZERO, |half| scale * fresnel.reflectance(half.cos_d) * lobe);
-    let (expected, whole) = match (family, masking_index) {
-        (Some(family), 4) => {
-            let lobe = unmasked(family.with(roughness).unwrap().d(theta));
+    let (expected, whole) = match masking_index {
+        // the smooth visibility of sheen, of any distribution
+        4 => {
+            let lobe = smooth(family.with(roughness).unwrap().d(theta));
             (factor(lobe), lobe)
         }
-        (None, _) => {
-            // Charlie, and Neubelt's visibility
-            let exponent = 1.0 / roughness;
-            let lobe = unmasked((2.0 + exponent) * theta.sin.powf(exponent) / std::f64::consts::TAU);
-            (factor(lobe), lobe)
-        }
-        (Some(family), masking) => {
+        masking => {
             let masking = [
                 Masking::None,
                 Masking::VGroove,
@@ -111,11 +106,11 @@ fn case(stream: &mut Stream, number: usize) -> Case {
         }
     };
     let exponent = match family {
-        Some(Family::Ggx) => 0.0,
-        Some(Family::Beckmann) => (theta.tan() / roughness).powi(2),
-        Some(Family::Vmf) => roughness * theta.versine(),
-        Some(Family::Phong) => -(roughness + 2.0) * theta.ln_cos(),
-        None => -theta.sin.ln() / roughness,
+        Family::Ggx => 0.0,
+        Family::Beckmann => (theta.tan() / roughness).powi(2),
+        Family::Vmf => roughness * theta.versine(),
+        Family::Phong => -(roughness + 2.0) * theta.ln_cos(),
+        Family::Charlie => -theta.sin.ln() / roughness,
     };
     let header = [index, masking_index, fresnel_index].map(|number| number as f32);
     let numbers: Vec<f32> = header
