@@ -1,7 +1,10 @@
 //! Tables as other readers see them: the header through `exrheader` of the OpenEXR tools, samples and attributes
 //! through the OpenEXR module of Python. Where these are not installed, the tests say so and pass.
 
+mod skip;
+
 use glam::DVec3;
+use skip::skip;
 use std::path::Path;
 use std::process::Command;
 use whitefurnace::export::{exr::to_bytes, write::write_whole};
@@ -46,12 +49,12 @@ fn table(channels: Channels) -> Table {
 fn output_of(command: &mut Command) -> Option<String> {
     let program = command.get_program().to_string_lossy().into_owned();
     let Ok(output) = command.output() else {
-        eprintln!("SKIPPED: {program} is not installed");
+        skip(format!("{program} is not installed"));
         return None;
     };
     let errors = String::from_utf8_lossy(&output.stderr);
     if program == "python3" && errors.contains("No module named") {
-        eprintln!("SKIPPED: {}", errors.lines().last().unwrap_or_default());
+        skip(errors.lines().last().unwrap_or_default());
         return None;
     }
     assert!(output.status.success(), "{program}: {errors}");

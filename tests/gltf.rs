@@ -1,6 +1,9 @@
 //! Materials of glTF files that others published, against what is known of them, and of those that a validator refuses.
 
+mod skip;
+
 use serde_json::{Value, json};
+use skip::skip;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
@@ -209,7 +212,7 @@ fn published(folder: &str) -> Option<PathBuf> {
         .join(folder);
     let is_there = path.is_dir();
     if !is_there {
-        eprintln!("skipped: {} is not here", path.display());
+        skip(format!("{} is not here", path.display()));
     }
     is_there.then_some(path)
 }

@@ -1,7 +1,10 @@
 //! Measured data as others published it. The files of a folder beside the project are read where there is one; a few records
 //! of them are in `tests/data`.
 
+mod skip;
+
 use glam::DVec3;
+use skip::skip;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use whitefurnace::bxdf::{Bxdf, Irregular, Sampling};
@@ -22,7 +25,7 @@ fn published(folder: &str) -> Option<PathBuf> {
     if path.is_dir() {
         return Some(path);
     }
-    eprintln!("SKIPPED: {} is not there", path.display());
+    skip(format!("{} is not there", path.display()));
     None
 }
 

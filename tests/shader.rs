@@ -1,5 +1,8 @@
 //! Shader texts: every language compiles, and reads as if a person had written it.
 
+mod skip;
+
+use skip::skip;
 use std::path::Path;
 use std::process::Command;
 use whitefurnace::engine::{Profile, Sizes};
@@ -17,7 +20,7 @@ fn glslang(text: &str, arguments: &[&str], name: &str) -> Option<Result<(), Stri
         Ok(output) if output.status.success() => Some(Ok(())),
         Ok(output) => Some(Err(String::from_utf8_lossy(&output.stdout).into_owned())),
         Err(_) => {
-            eprintln!("skipped: glslangValidator is not installed");
+            skip("glslangValidator is not installed");
             None
         }
     }

@@ -142,7 +142,7 @@ fn fit_places(sheet: &Sheet, size: usize) -> usize {
     }
 }
 
-/// Places of a cell at which lookups are measured, midpoints of as many parts.
+/// Places of a cell at which lookups are measured, in as many parts.
 pub(super) fn probes(sheet: &Sheet, size: usize) -> usize {
     match sheet.slow_places() {
         Some(places) => places.div_ceil(size).max(2),
@@ -151,14 +151,17 @@ pub(super) fn probes(sheet: &Sheet, size: usize) -> usize {
 }
 
 fn facts(sheet: &Sheet) -> Vec<(String, String)> {
-    [
-        ("purpose", sheet.purpose),
-        ("distribution", sheet.lobe.family.name()),
-        ("masking", sheet.lobe.masking.name()),
-        ("texels", "fitted so that interpolated values come nearest to the truth"),
-    ]
-    .map(|(name, value)| (name.to_owned(), value.to_owned()))
-    .into()
+    let (distribution, masking) = sheet.lobes();
+    let facts = [
+        ("purpose", sheet.purpose.to_owned()),
+        ("distribution", distribution),
+        ("masking", masking),
+        (
+            "texels",
+            "fitted so that interpolated values come nearest to the truth".to_owned(),
+        ),
+    ];
+    facts.map(|(name, value)| (name.to_owned(), value)).into()
 }
 
 /// The quantities of a sheet at every place of `grid`.

@@ -21,17 +21,20 @@ pub(super) struct Place {
 pub(super) struct Places(pub(super) Vec<Place>);
 
 impl Places {
-    /// `per_cell` midpoints of equal parts of each cell between neighbouring texels, and half as many before the first and behind the
-    /// last texel centre. Each stands for the values of its part.
-    pub(super) fn midpoints(axis: &TextureAxis, per_cell: usize) -> Self {
-        let borders = borders(axis);
+    /// A place in each of `per_cell` equal parts of each cell between neighbouring texels, before the first and behind the last texel
+    /// centre. Each stands for the values of its part.
+    ///
+    /// What is fitted errs by much the same in neighbouring cells, of either sign within each: places at the same share of every
+    /// cell would see too little of it, or too much. Steps of the golden section from cell to cell spread them over all shares.
+    pub(super) fn spread(axis: &TextureAxis, per_cell: usize) -> Self {
         let mut places = Vec::new();
-        for pair in borders.windows(2) {
+        for (cell, pair) in borders(axis).windows(2).enumerate() {
             let [from, to] = [pair[0], pair[1]];
+            let share = ((cell as f64 + 0.5) * GOLDEN).fract();
             for i in 0..per_cell {
-                let at = |part: f64| axis.axis.value(from + (to - from) * (part / per_cell as f64));
-                let (start, end) = (at(i as f64), at(i as f64 + 1.0));
-                places.push(place(axis, at(i as f64 + 0.5), end - start));
+                let at = |part: usize| axis.axis.value(from + (to - from) * (part as f64 / per_cell as f64));
+                let (start, end) = (at(i), at(i + 1));
+                places.push(place(axis, start + (end - start) * share, end - start));
             }
         }
         Self(places)
@@ -70,6 +73,9 @@ impl Places {
         self.0.len()
     }
 }
+
+/// The golden section, whose multiples fill [0, 1) most evenly.
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 /// Coordinates u of the texels, and the ends 0 and 1 where they lie beyond.
 pub(super) fn borders(axis: &TextureAxis) -> Vec<f64> {
@@ -237,11 +243,11 @@ mod tests {
     fn measures_add_up_to_the_range() {
         for rule in TexelRule::ALL {
             for axis in axes(rule, false) {
-                for places in [Places::midpoints(&axis, 4), Places::borders(&axis, 4)] {
+                for places in [Places::spread(&axis, 4), Places::borders(&axis, 4)] {
                     let sum: f64 = places.0.iter().map(|place| place.measure).sum();
                     assert!((sum - 1.0).abs() < 1e-14, "{axis:?}: {sum}");
                     let mean: f64 = places.0.iter().map(|place| place.measure * place.value).sum();
-                    assert!((mean - 0.5).abs() < 2e-3, "{axis:?}: {mean}"); // midpoints in u are not those in mu
+                    assert!((mean - 0.5).abs() < 2e-3, "{axis:?}: {mean}"); // places of a part are not in its middle
                 }
             }
         }

@@ -1,15 +1,20 @@
 //! How far lookups in a finished texture are off.
 
 use super::bake::{DIELECTRIC_R0, SheetError, Truths, dielectric, probes, total_of, truths};
-use super::grid::{Grid, Places};
-use super::sheet::{Sheet, Term};
+use super::grid::{Grid, Places, borders};
+use super::sheet::{Along, Sheet, Term};
 use super::truth::Quantity;
 use crate::table::texture::{LookupError, Texture, TextureAxis};
 use rayon::prelude::*;
+use std::collections::HashSet;
 
-/// Starts of the search for the largest error, and its rounds: each halves a step of a part of a cell.
-const STARTS: usize = 4;
-const ROUNDS: usize = 8;
+/// Cells from which the largest error is searched, and how near to the worst of all places theirs has to be.
+const STARTS: usize = 16;
+const NEARLY_WORST: f64 = 0.5;
+
+/// Rounds of a search, each with half the steps of the one before, from a quarter of a cell on, and most steps along each axis in a round.
+const ROUNDS: usize = 9;
+const SWEEPS: usize = 4;
 
 /// One way to look at the channels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,7 +104,7 @@ impl Probes {
     /// For lookups in textures of `sheet` with these axes.
     pub(super) fn new(sheet: &Sheet, axes: &[TextureAxis], done: &(dyn Fn(u64) + Sync)) -> Result<Self, SheetError> {
         let places = |(axis, domain): (&TextureAxis, &[f64; 2])| {
-            Places::midpoints(axis, probes(sheet, axis.axis.size)).and_ends(axis, *domain, 0.0)
+            Places::spread(axis, probes(sheet, axis.axis.size)).and_ends(axis, *domain, 0.0)
         };
         let grid = Grid::new(axes, axes.iter().zip(&sheet.domain()).map(places).collect());
         let truths = truths(sheet, &grid, done)?;
@@ -111,7 +116,7 @@ impl Probes {
     /// The largest is that of a search from the worst of these places; what the truth may be off by is added.
     pub(super) fn errors(&self, sheet: &Sheet, texture: &Texture) -> Result<Vec<LookupError>, SheetError> {
         let Self { grid, truths } = self;
-        let domains = [sheet.domain(), vec![[0.0, 1.0]; texture.axes.len()]];
+        let domains = [sheet.domain(), sheet.axes.iter().map(Along::whole).collect()];
         let mut errors = Vec::new();
         let quantities = sheet.quantities();
         for gauge in Gauge::of(sheet) {
@@ -138,30 +143,47 @@ fn summary(
     domain: &[[f64; 2]],
 ) -> Result<LookupError, SheetError> {
     let (mut sum, mut measure) = (0.0, 0.0);
-    let mut inside: Vec<usize> = (0..grid.len()).filter(|index| grid.is_within(*index, domain)).collect();
+    let inside: Vec<usize> = (0..grid.len()).filter(|index| grid.is_within(*index, domain)).collect();
     for index in &inside {
         sum += grid.measure(*index) * all[*index];
         measure += grid.measure(*index);
     }
-    inside.sort_by(|a, b| all[*b].total_cmp(&all[*a]));
-    let mut worst = (0.0, Vec::new());
-    for index in inside.iter().take(STARTS) {
-        let found = climb(sheet, texture, gauge, (grid.values(*index), all[*index]), domain)?;
-        if found.1 > worst.0 || worst.1.is_empty() {
-            worst = (found.1, found.0);
+    let mut worst = (Vec::new(), 0.0);
+    for index in starts(texture, (grid, all), inside.clone()) {
+        let found = climb(sheet, texture, gauge, (grid.values(index), all[index]), domain)?;
+        if found.1 > worst.1 || worst.0.is_empty() {
+            worst = found;
         }
     }
     Ok(LookupError {
         of: gauge.name(),
-        max: worst.0 + gauge.doubt(),
+        max: worst.1 + gauge.doubt(),
         mean: sum / measure + gauge.doubt(),
-        at: worst.1,
+        at: worst.0,
         domain: domain.to_vec(),
         probes: inside.len() as u64,
     })
 }
 
-/// The largest error near `start`, along each axis in turn with steps that halve.
+/// The worst place of each of the cells that look bad: what looks worst need not lie under the highest of the maxima.
+fn starts(texture: &Texture, (grid, all): (&Grid, &[f64]), mut inside: Vec<usize>) -> Vec<usize> {
+    inside.sort_by(|a, b| all[*b].total_cmp(&all[*a]));
+    let cell = |index: &usize| -> Vec<usize> {
+        let borders = texture.axes.iter().map(borders);
+        let values = grid.values(*index);
+        let below = |(borders, (axis, value)): (Vec<f64>, (&TextureAxis, &f64))| {
+            let u = axis.axis.u(*value);
+            borders.iter().filter(|border| **border <= u).count()
+        };
+        borders.zip(texture.axes.iter().zip(&values)).map(below).collect()
+    };
+    let least = NEARLY_WORST * inside.first().map_or(0.0, |first| all[*first]);
+    let mut cells = HashSet::new();
+    let bad = inside.into_iter().take_while(|index| all[*index] >= least);
+    bad.filter(|index| cells.insert(cell(index))).take(STARTS).collect()
+}
+
+/// The largest error near a place, along each axis in turn, as often as that leads upwards, with steps that halve.
 fn climb(
     sheet: &Sheet,
     texture: &Texture,
@@ -170,24 +192,36 @@ fn climb(
     domain: &[[f64; 2]],
 ) -> Result<(Vec<f64>, f64), SheetError> {
     let quantities = sheet.quantities();
+    let mut try_at = |at: &mut Vec<f64>, k: usize, step: f64| -> Result<bool, SheetError> {
+        let axis = &texture.axes[k].axis;
+        let mut tried = at.clone();
+        let u = (axis.u(at[k]) + step / axis.size as f64).clamp(0.0, 1.0);
+        tried[k] = axis.value(u).clamp(domain[k][0], domain[k][1]);
+        if tried == *at {
+            return Ok(false);
+        }
+        let values = sheet.lobe.values(&quantities, sheet.place(&tried));
+        let values = values.map_err(|source| SheetError::Truth {
+            sheet: sheet.name,
+            source,
+        })?;
+        let found = gauge.error(&sheet.channels, &texture.lookup(&tried), &(&quantities, values));
+        let found = found.unwrap_or(0.0);
+        let is_higher = found > error;
+        if is_higher {
+            (*at, error) = (tried, found);
+        }
+        Ok(is_higher)
+    };
     for round in 0..ROUNDS {
-        for k in 0..at.len() {
-            let axis = &texture.axes[k].axis;
-            let step = 0.25 / axis.size as f64 / f64::from(1u32 << round);
-            for sign in [-1.0, 1.0] {
-                let mut tried = at.clone();
-                let u = (axis.u(at[k]) + sign * step).clamp(0.0, 1.0);
-                tried[k] = axis.value(u).clamp(domain[k][0], domain[k][1]);
-                let values = sheet.lobe.values(&quantities, sheet.place(&tried));
-                let values = values.map_err(|source| SheetError::Truth {
-                    sheet: sheet.name,
-                    source,
-                })?;
-                let found = gauge.error(&sheet.channels, &texture.lookup(&tried), &(&quantities, values));
-                let found = found.unwrap_or(0.0);
-                if found > error {
-                    (at, error) = (tried, found);
-                }
+        let step = 0.25 / f64::from(1u32 << round);
+        for _ in 0..SWEEPS {
+            let mut is_higher = false;
+            for k in 0..at.len() {
+                is_higher |= try_at(&mut at, k, -step)? || try_at(&mut at, k, step)?;
+            }
+            if !is_higher {
+                break;
             }
         }
     }

@@ -1,6 +1,7 @@
 //! A table as an engine expects it, before it is computed.
 
 use super::truth::{Lobe, Place, Quantity};
+use crate::masking::Masking;
 use crate::table::Storage;
 use crate::table::axis::{Axis, AxisError, Mapping, TexelRule};
 use crate::table::texture::{Channel, TextureAxis};
@@ -28,8 +29,11 @@ pub enum Side {
     Inside,
 }
 
-/// Largest index that an axis of z reaches, the largest legal one, at z = 0.99; it stands for those beyond.
+/// Largest index that an axis of z reaches, the largest legal one; it stands for those beyond.
 const LARGEST_ETA: f64 = 100.0;
+
+/// z of [`LARGEST_ETA`], sqrt(99/101).
+const LARGEST_Z: f64 = 0.990_049_502_487_531_2;
 
 /// The index of interfaces without an axis of it: that of a varnish, r0 = 0.04.
 const COAT_ETA: f64 = 1.5;
@@ -75,13 +79,21 @@ impl Along {
     }
 
     /// Where errors count: mu from 0.01, roughness from 0.05 on. Below, lobes are mirrors but for a layer at grazing angles that no
-    /// texture of such size resolves. All indices count.
+    /// texture of such size resolves. All indices to 100 count.
     pub fn domain(&self) -> [f64; 2] {
         match self.parameter {
             Parameter::Mu => [0.01, 1.0],
             Parameter::Roughness => [0.05, 1.0],
             Parameter::Alpha => [0.0025, 1.0],
-            Parameter::Z(_) => [0.0, 1.0],
+            Parameter::Z(_) => [0.0, LARGEST_Z],
+        }
+    }
+
+    /// All that the axis is for: z to the largest index, everything else from 0 to 1.
+    pub(super) fn whole(&self) -> [f64; 2] {
+        match self.parameter {
+            Parameter::Z(_) => [0.0, LARGEST_Z],
+            _ => [0.0, 1.0],
         }
     }
 }
@@ -240,6 +252,21 @@ impl Sheet {
     /// Whether what texels leave that are not fitted is worth a look beside those that are.
     pub(super) fn is_compared(&self) -> bool {
         self.axes.len() == 2 && !self.is_mean()
+    }
+
+    /// Names of distribution and masking of all lobes that its channels are of.
+    pub(super) fn lobes(&self) -> (String, String) {
+        let has = |wanted: &dyn Fn(&Term) -> bool| self.channels.iter().any(wanted);
+        let lobe = has(&|term| !matches!(term, Term::Sheen | Term::DisneyDiffuse));
+        let parts = [
+            (lobe, self.lobe.family.name(), self.lobe.masking.name()),
+            (has(&|term| *term == Term::Sheen), "charlie", Masking::Neubelt.name()),
+        ];
+        let names = |of: fn(&(bool, &'static str, &'static str)) -> &'static str| {
+            let names: Vec<&str> = parts.iter().filter(|part| part.0).map(of).collect();
+            names.join("; ")
+        };
+        (names(|part| part.1), names(|part| part.2))
     }
 
     /// Whether it is a mean of a sheet before it.

@@ -7,12 +7,13 @@ use crate::plan::TablePlan;
 use crate::table::axis::{Axis, MU};
 use crate::table::{Between, Table};
 use rayon::prelude::*;
+use std::collections::HashSet;
 
 /// Compares a linear-filtered lookup of the stored table with the integral at many places between texels, and climbs from
 /// the worst of them to the local maximum.
 ///
 /// The reference is the best estimator at the tolerance of the texels or [`FINEST`], whichever is smaller; its error is added,
-/// and the result is widened by [`MARGIN`].
+/// and the result is widened by [`MARGIN`] or [`MARGIN_OF_SHEETS`].
 pub(super) fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -> Result<Between, FillError> {
     let axes = &table.axes;
     let is_irregular = model_at(plan, None).is_ok_and(|model| model.is_irregular());
@@ -54,21 +55,8 @@ pub(super) fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -
             probes,
         });
     }
-    let mut order: Vec<usize> = (0..places.len()).collect();
-    order.sort_by(|a, b| errors[*b].total_cmp(&errors[*a]));
-    // the place that looks worst need not lie under the highest of the maxima: one start in each of the worst cells
-    let mut cells: Vec<Vec<usize>> = Vec::new();
-    let mut starts = Vec::new();
-    for index in order {
-        let cell = cell(axes, &places[index]);
-        if starts.len() == CLIMBS || errors[index] < NEARLY_WORST * starts.first().map_or(0.0, |first| errors[*first]) {
-            break;
-        }
-        if !cells.contains(&cell) {
-            cells.push(cell);
-            starts.push(index);
-        }
-    }
+    let starts = starts(axes, &places, &errors);
+    let margin = if axes.len() > 1 { MARGIN_OF_SHEETS } else { MARGIN };
     let error_at = |place: &[f64]| -> Result<f64, FillError> {
         let place = place.to_vec();
         let (rho, _) = integrals(
@@ -94,7 +82,7 @@ pub(super) fn between(plan: &TablePlan, table: &Table, progress: Progress<'_>) -
             probes,
         },
         |top| Between {
-            error: top.error * MARGIN,
+            error: top.error * margin,
             probes: probes + climbed,
             ..top
         },
@@ -123,9 +111,31 @@ const FINEST: f64 = 1e-6;
 /// known to a few per cent and those that were to the square of their last interval.
 const MARGIN: f64 = 1.01;
 
-/// Between which texels a place lies, along each axis.
+/// The same of sheets, where a climb goes along one axis after the other.
+const MARGIN_OF_SHEETS: f64 = 1.02;
+
+/// From where to climb: the place that looks worst need not lie under the highest of the maxima, so that there is one start in
+/// each of the cells that look nearly as bad.
+fn starts(axes: &[Axis], places: &[Vec<f64>], errors: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..places.len()).collect();
+    order.sort_by(|a, b| errors[*b].total_cmp(&errors[*a]));
+    let (most, nearly) = CLIMBS[axes.len().clamp(1, 2) - 1];
+    let mut cells: HashSet<Vec<usize>> = HashSet::new();
+    let mut starts = Vec::new();
+    for index in order {
+        if starts.len() == most || errors[index] < nearly * starts.first().map_or(0.0, |first| errors[*first]) {
+            break;
+        }
+        if cells.insert(cell(axes, &places[index])) {
+            starts.push(index);
+        }
+    }
+    starts
+}
+
+/// Between which texels a place lies, along each axis. Beyond the outermost texels, where lookups stay as they are, are cells too.
 fn cell(axes: &[Axis], place: &[f64]) -> Vec<usize> {
-    let index = |(axis, value): (&Axis, &f64)| axis.texel_position(axis.u(*value)).floor() as usize;
+    let index = |(axis, value): (&Axis, &f64)| (0..axis.size).filter(|i| axis.texel(*i) <= *value).count();
     axes.iter().zip(place).map(index).collect()
 }
 
@@ -186,10 +196,10 @@ fn bracket(axis: &Axis, places: &[Vec<f64>], index: usize, value: f64) -> (f64, 
     (low, high)
 }
 
-/// Most cells that are searched for the maximum of the error, and how close to the worst they have to look: the places of a
-/// cell miss the top of its parabola by a ninth at most.
-const CLIMBS: usize = 8;
-const NEARLY_WORST: f64 = 0.8;
+/// Most cells that are searched for the maximum of the error, and how close to the worst they have to look, along a line and on a
+/// sheet. Where rho is smooth the places of a cell miss the top of its parabola by a ninth at most. On a sheet of narrow lobes it bends
+/// within cells, at mu near alpha, and a place there may see half of what another of its cell does.
+const CLIMBS: [(usize, f64); 2] = [(8, 0.8), (32, 0.5)];
 
 /// Steps of the climb; each keeps 0.618 of the interval, and at a maximum the square of what is left counts.
 const CLIMB: usize = 8;
@@ -212,7 +222,7 @@ pub(super) fn places(plan: &TablePlan, axes: &[Axis]) -> Vec<Vec<f64>> {
             .collect(),
         [mu, rest, ..] => {
             let columns = line(mu, PLACES_ON_SHEET);
-            let rows = line(rest, 1);
+            let rows = line(rest, ROWS_ON_SHEET);
             rows.iter()
                 .flat_map(|row| columns.iter().map(move |column| vec![*column, *row]))
                 .collect()
@@ -223,6 +233,7 @@ pub(super) fn places(plan: &TablePlan, axes: &[Axis]) -> Vec<Vec<f64>> {
 /// Places between two neighbouring texels, where there is one axis and where there are two.
 const PLACES_ON_LINE: usize = 6;
 const PLACES_ON_SHEET: usize = 2;
+const ROWS_ON_SHEET: usize = 2;
 
 /// [`parts`], and towards mu = 0 places at all scales, for boundary layers are as thin as lobes are narrow.
 fn line(axis: &Axis, count: usize) -> Vec<f64> {
@@ -236,20 +247,29 @@ fn line(axis: &Axis, count: usize) -> Vec<f64> {
     values
 }
 
-/// `count` places, one in each of `count` equal parts, between neighbouring texels, and both ends.
+/// `count` places, one in each of `count` equal parts, between neighbouring texels, also beyond the outermost ones, and both ends.
 fn parts(axis: &Axis, count: usize) -> Vec<f64> {
     let mut jitter = Stream::new(StreamId {
         seed: 0,
         cell: axis.size as u64,
         batch: count as u64,
     });
-    let parts = (axis.size + 1) * count;
-    let mut values: Vec<f64> = (0..parts)
-        .map(|i| axis.value((i as f64 + jitter.uniform()) / parts as f64))
-        .collect();
-    values.extend([axis.min, axis.max]);
+    let texels = (0..axis.size).map(|i| axis.u(axis.texel(i)));
+    let borders: Vec<f64> = [0.0].into_iter().chain(texels).chain([1.0]).collect();
+    let mut values = vec![axis.min, axis.max];
+    for cell in borders.windows(2).filter(|cell| cell[1] > cell[0]) {
+        let place = |i: usize| {
+            // off the middle of a part, where a wave of the rate of the texels would hide
+            let within = (i as f64 + 0.5 + JITTER * (jitter.uniform() - 0.5)) / count as f64;
+            axis.value(cell[0] + within * (cell[1] - cell[0]))
+        };
+        values.extend((0..count).map(place));
+    }
     values
 }
+
+/// Share of its part within which a place lies.
+const JITTER: f64 = 0.4;
 
 /// Places between mu = 0 and the first texel, over seven decades.
 const LAYERS: i32 = 42;

@@ -44,7 +44,7 @@ const QUICK: f64 = 1e-3;
 const LOOKUPS: usize = 48;
 
 /// Integrals that climbing to the largest error between texels takes along one axis and along two.
-const CLIMBS: [f64; 2] = [40.0, 480.0];
+const CLIMBS: [f64; 2] = [40.0, 800.0];
 
 /// Seconds to encode, write and put in place one file.
 const FILE: f64 = 5e-4;

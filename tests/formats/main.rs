@@ -8,5 +8,7 @@ mod ktx2;
 mod png;
 mod raw;
 mod sample;
+#[path = "../skip/mod.rs"]
+mod skip;
 mod source;
 mod tools;

@@ -1,5 +1,6 @@
 //! Programs that read files. What is not installed is skipped, and the test says so.
 
+use crate::skip::skip;
 use serde_json::json;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,12 +23,12 @@ pub(crate) fn python() -> Command {
 pub(crate) fn output_of(command: &mut Command) -> Option<String> {
     let program = command.get_program().to_string_lossy().into_owned();
     let Ok(output) = command.output() else {
-        eprintln!("SKIPPED: {program} is not installed");
+        skip(format!("{program} is not installed"));
         return None;
     };
     let errors = String::from_utf8_lossy(&output.stderr);
     if errors.contains("No module named") || errors.contains("ERR_MODULE_NOT_FOUND") {
-        eprintln!("SKIPPED: {}", errors.trim().lines().last().unwrap_or_default());
+        skip(errors.trim().lines().last().unwrap_or_default());
         return None;
     }
     let out = String::from_utf8_lossy(&output.stdout).into_owned();

@@ -1,5 +1,6 @@
 //! A compute shader over numbers and textures.
 
+use crate::skip::skip;
 use half::f16;
 use std::future::Future;
 use std::pin::pin;
@@ -38,7 +39,7 @@ pub(crate) fn gpu() -> Option<&'static Gpu> {
         Err(reason) => {
             let required = std::env::var_os("FURNACE_REQUIRE_GPU").is_some_and(|value| value == "1");
             assert!(!required, "no Vulkan adapter: {reason}");
-            eprintln!("SKIPPED: no Vulkan adapter: {reason}");
+            skip(format!("no Vulkan adapter: {reason}"));
             None
         }
     })
@@ -83,7 +84,7 @@ impl Gpu {
         };
         let filters = self.device.features().contains(needed);
         if !filters {
-            eprintln!("SKIPPED: the adapter does not filter {}", storage.name());
+            skip(format!("the adapter does not filter {}", storage.name()));
         }
         filters
     }

@@ -1,6 +1,6 @@
 //! The shader texts on a GPU: what they read of textures, what their BRDFs are, and what these reflect.
 //!
-//! `cargo test --features gpu --test gpu`, with any Vulkan driver; Mesa's lavapipe needs none but itself. Without an adapter the tests
+//! `cargo test --test gpu`, with any Vulkan driver; Mesa's lavapipe needs none but itself. Without an adapter the tests
 //! say that they skip, and with `FURNACE_REQUIRE_GPU=1` they fail.
 
 mod brdfs;
@@ -8,3 +8,5 @@ mod device;
 mod energy;
 mod lookups;
 mod materials;
+#[path = "../skip/mod.rs"]
+mod skip;

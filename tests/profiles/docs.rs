@@ -1,6 +1,7 @@
 //! docs/engines.md says of every profile what the profile says.
 
 use crate::shared::{baked_with, stated};
+use crate::skip::skip;
 use std::fs;
 use std::path::Path;
 use whitefurnace::engine::{Along, Profile, Sheet, Sizes};
@@ -93,9 +94,7 @@ fn the_document_has_every_profile_as_it_is() {
 #[test]
 fn rows_of_the_document() {
     let Ok(chosen) = std::env::var("FURNACE_LONG") else {
-        eprintln!(
-            "SKIPPED: FURNACE_LONG=1, or names of profiles, bakes them full size and prints rows of docs/engines.md"
-        );
+        skip("FURNACE_LONG=1, or names of profiles, bakes them full size and prints rows of docs/engines.md");
         return;
     };
     let is_chosen = |profile: &Profile| chosen == "1" || chosen.split(',').any(|name| name == profile.name());
@@ -113,7 +112,7 @@ fn rows_of_the_document() {
                 cells[2] += &format!("{between}{:.3} %", 100.0 * error.max);
             }
             if names.is_empty() {
-                cells = ["exact mean of the table before", "-", "-"].map(String::from);
+                cells = ["mean of the table before, rounded", "-", "-"].map(String::from);
             }
             println!("{} {} |", facts(profile, sheet), cells.join(" | "));
         }

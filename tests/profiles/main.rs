@@ -14,4 +14,6 @@ mod metric;
 mod published;
 mod shared;
 mod sizes;
+#[path = "../skip/mod.rs"]
+mod skip;
 mod truth;

@@ -1,5 +1,6 @@
 //! A headless browser that opens a page, reads the furnace in it, and tries its controls.
 
+use crate::skip::skip;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -45,7 +46,7 @@ pub(crate) fn visit(page: &Path, visit: &Visit) -> Option<Value> {
     if !missing.is_empty() {
         let must = std::env::var("FURNACE_REQUIRE_BROWSER").is_ok_and(|value| value == "1");
         assert!(!must, "{missing} is missing");
-        eprintln!("skipped: {missing} is missing, no browser opens the page");
+        skip(format!("{missing} is missing, no browser opens the page"));
         return None;
     }
     if let Some(shots) = &visit.shots {

@@ -3,3 +3,5 @@
 mod browser;
 mod command;
 mod furnace;
+#[path = "../skip/mod.rs"]
+mod skip;

@@ -93,7 +93,7 @@ fn rows(baked: &Baked) -> Vec<Vec<String>> {
     let mut lines: Vec<Vec<String>> = of_domain().map(line).collect();
     if lines.is_empty() {
         lines.push(vec![
-            "exact mean of the table before".into(),
+            "mean of the table before, rounded".into(),
             "-".into(),
             "-".into(),
             String::new(),
