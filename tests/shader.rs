@@ -378,6 +378,20 @@ fn what_does_not_fit_the_scene_is_refused() {
         &["shader", "other.toml", "--tables", "tables"],
         &[here, "no table other.rho_hd", "one lobe"],
     );
+    // the same names, another lobe: its tables would be those of the first
+    std::fs::write(at.join("wider.toml"), LOBE.replace("0.3", "0.5")).unwrap();
+    refused(
+        &["shader", "wider.toml", "--tables", "tables"],
+        &[here, "tables/lobe.rho_hd.exr", "another model", "bake the scene again"],
+    );
+    refused(
+        &["shader", "lobe.toml", "--tables", "tables", "--resolution", "16"],
+        &["--resolution is not allowed with --tables"],
+    );
+    refused(
+        &["shader", "--profile", "three", "--tables", "tables"],
+        &["tables/profile.json", "cannot be read"],
+    );
     refused(&["shader", "--language", "cg"], &["wgsl, glsl-es, glsl, hlsl, msl"]);
     refused(
         &["shader", "lobe.toml", "--tables", "nowhere"],
@@ -409,4 +423,77 @@ fn what_does_not_fit_the_scene_is_refused() {
             &[&reasons[..], &[here]].concat(),
         );
     }
+}
+
+/// The sizes, the files and the choice of tables are those of the bake of a profile.
+#[test]
+fn the_command_takes_the_tables_of_a_profile() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = directory.path();
+    std::fs::write(at.join("lobe.toml"), LOBE).unwrap();
+    let sizes = ["--resolution", "9", "--roughness-resolution", "5", "--format", "dds"];
+    let bake = [
+        &["bake", "lobe.toml", "--profile", "generic", "--out", "tables"],
+        &sizes[..],
+    ]
+    .concat();
+    let baked = furnace(at, &bake);
+    assert_eq!(baked.0, Some(0), "{}", baked.2);
+    let (code, wgsl, errors) = furnace(at, &["shader", "--profile", "generic", "--tables", "tables"]);
+    assert_eq!((code, errors.as_str()), (Some(0), ""));
+    for part in ["9 x 5 texels", "pair.dds", "pair_mean.dds", "fn albedo_pair("] {
+        assert!(wgsl.contains(part), "{part} in {wgsl}");
+    }
+    // the lobe calls for neither, and they were not baked
+    assert!(!wgsl.contains("sheen.") && !wgsl.contains("dielectric"), "{wgsl}");
+    let (code, _, errors) = furnace(at, &["shader", "--profile", "three", "--tables", "tables"]);
+    assert_eq!(code, Some(2));
+    assert!(errors.contains("profile \"generic\" is not \"three\""), "{errors}");
+    let path = at.join("tables/profile.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    for (from, to, reason) in [
+        ("\"size\": 9", "\"size\": 0", "axes[0].size"),
+        ("\"size\": 9", "\"size\": \"x\"", "axes[0].size: missing"),
+        (
+            "\"id\": \"pair\"",
+            "\"id\": \"pears\"",
+            "not one that this version knows",
+        ),
+    ] {
+        assert!(text.contains(from), "{from} in {text}");
+        std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
+        let (code, _, errors) = furnace(at, &["shader", "--profile", "generic", "--tables", "tables"]);
+        assert!(code == Some(2) && errors.contains(reason), "{errors}");
+    }
+}
+
+/// A file that is there is replaced, a directory is made, and neither a device nor one language takes the place of another.
+#[test]
+fn shaders_go_where_they_are_sent() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = directory.path();
+    std::fs::write(at.join("plain"), "x").unwrap();
+    let shader = |arguments: &[&str]| {
+        let common = ["shader", "--profile", "three", "--language"];
+        furnace(at, &[&common[..], arguments].concat())
+    };
+    for (arguments, file) in [
+        (["glsl-es", "--out", "plain"], "plain"),
+        (["glsl-es", "--out", "shaders"], "shaders/three.es.glsl"),
+        (["glsl", "--out", "shaders"], "shaders/three.glsl"),
+        (["wgsl", "--out", "new/deep/x.wgsl"], "new/deep/x.wgsl"),
+    ] {
+        let (code, said, errors) = shader(&arguments);
+        assert_eq!(code, Some(0), "{errors}");
+        assert!(said.starts_with(file), "{said}");
+        assert!(
+            std::fs::read_to_string(at.join(file)).unwrap().contains("dfgLUT.bin"),
+            "{file}"
+        );
+    }
+    let (code, _, errors) = shader(&["hlsl", "--out", "/dev/null"]);
+    assert!(
+        code == Some(2) && errors.contains("/dev/null") && errors.contains("a device"),
+        "{errors}"
+    );
 }

@@ -7,7 +7,7 @@ mod profile;
 mod progress;
 mod report;
 
-pub(super) use profile::parse_profile;
+pub(super) use profile::{DESCRIPTION, parse_profile};
 
 use super::{Common, Failure, Shape, format, lobes};
 use clap::Args;
@@ -100,6 +100,7 @@ impl Bake {
         let scene = self.common.load()?;
         let wish = self.common.wish(&self.shape)?;
         let plan = Plan::new(&scene, &self.common.request(&self.shape)?)?;
+        formats::check_identifiers(plan.tables.iter().map(|table| table.id.as_str()), &formats)?;
         let directory = self
             .out
             .clone()

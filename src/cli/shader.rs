@@ -1,14 +1,18 @@
 //! `furnace shader`
 
+mod profile;
+
 use super::bake::parse_profile;
-use super::{Failure, Shape, format, in_pool, load, number};
+use super::{Failure, Shape, format, in_pool, load, number, output_directory};
 use clap::Args;
 use serde_json::{Value, json};
+use std::fs;
 use std::path::{Path, PathBuf};
 use whitefurnace::engine::{Profile, Sizes};
 use whitefurnace::export::manifest::{AxisEntry, FILE_NAME, Manifest};
-use whitefurnace::export::write::{create_dir, write_whole};
-use whitefurnace::integrate::fill;
+use whitefurnace::export::read::{Contents, read_exr};
+use whitefurnace::export::write::{check_replaceable, write_whole};
+use whitefurnace::integrate::{answers, fill};
 use whitefurnace::plan::{Economy, Plan, Request};
 use whitefurnace::shader::{Language, SceneShader};
 use whitefurnace::table::axis::{Axis, Mapping, TexelRule};
@@ -28,6 +32,7 @@ Examples:
   furnace shader --tables outputs/default
   furnace shader scene.toml --tables tables --language glsl-es --out shaders
   furnace shader --profile generic --language hlsl
+  furnace shader --profile three --tables outputs/three --language glsl-es
   furnace shader scene.toml --axis sqrt-mu --resolution 32 --language hlsl")]
 pub(super) struct ShaderCommand {
     /// Scene file: TOML, glTF (.gltf, .glb) or pbrt-v3 (.pbrt); without one the built-in scene is used.
@@ -35,10 +40,11 @@ pub(super) struct ShaderCommand {
     /// Language: wgsl, glsl-es (3.00), glsl (4.50), hlsl or msl.
     #[arg(long, default_value = "wgsl", value_name = "LANGUAGE", value_parser = language)]
     language: Language,
-    /// The tables of an engine as `furnace bake --profile` writes them, instead of a scene: lookups, albedos and compensation.
-    #[arg(long, value_name = "NAME", value_parser = parse_profile, conflicts_with_all = ["scene", "tables"])]
+    /// The tables of an engine as `furnace bake --profile` writes them, instead of a scene: lookups, albedos and compensation. With
+    /// --tables those that are in that directory, in their sizes; otherwise all, in the sizes of the engine.
+    #[arg(long, value_name = "NAME", value_parser = parse_profile, conflicts_with = "scene")]
     profile: Option<Profile>,
-    /// Directory of a bake of this scene, whose manifest.json tells the axes of the tables.
+    /// Directory of a bake of this scene or profile, whose manifest.json or profile.json tells the axes of the tables.
     #[arg(long, value_name = "DIR")]
     tables: Option<PathBuf>,
     #[command(flatten)]
@@ -107,6 +113,8 @@ impl ShaderCommand {
             azimuth_resolution: self.shape.azimuth_resolution.unwrap_or(usual.azimuth_resolution),
             mapping: self.shape.axis.0,
             economy: if all_effects { Economy::NONE } else { Economy::FULL },
+            // tables of another seed are as good
+            seed: manifest.as_ref().map_or(usual.seed, |(_, manifest)| manifest.seed),
             ..usual
         };
         let mut plan = Plan::new(&scene, &request)?;
@@ -119,6 +127,15 @@ impl ShaderCommand {
 
     /// The shader of the tables of an engine.
     fn of_profile(&self, profile: Profile) -> Result<SceneShader, Failure> {
+        let title = format!("Tables of the profile {}", profile.name());
+        if let Some(directory) = &self.tables {
+            self.shape
+                .refuse(|_| false, "--tables, whose profile.json has the sizes of each table")?;
+            return Ok(SceneShader::of_textures(
+                &title,
+                profile::layouts_in(directory, profile)?,
+            ));
+        }
         let sizes = ["--resolution", "--roughness-resolution"];
         self.shape
             .refuse(|option| sizes.contains(&option), "--profile, which fixes the layout")?;
@@ -126,19 +143,24 @@ impl ShaderCommand {
             mu: self.shape.resolution,
             roughness: self.shape.roughness_resolution,
         };
-        let title = format!("Tables of the profile {}", profile.name());
         Ok(SceneShader::of_textures(&title, profile.layouts(sizes)?))
     }
 
     fn write(&self, out: &Path, name: &str, text: &str) -> Result<PathBuf, Failure> {
-        let is_directory = out.is_dir() || out.extension().is_none();
+        // a file that is there is replaced, whatever it is called
+        let is_directory = out.is_dir() || (out.extension().is_none() && fs::symlink_metadata(out).is_err());
         let path = match is_directory {
             true => {
-                create_dir(out)?;
+                output_directory(out)?;
                 out.join(format!("{name}.{}", self.language.extension()))
             }
             false => out.to_path_buf(),
         };
+        check_replaceable(&path)?;
+        match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => output_directory(parent)?,
+            _ => {}
+        }
         write_whole(&path, text.as_bytes())?;
         Ok(path)
     }
@@ -190,6 +212,16 @@ fn of_bake(plan: &mut Plan, directory: &Path, manifest: &Manifest) -> Result<(),
                 table.id
             )
         })?;
+        let file = directory.join(&entry.file);
+        let is_answer =
+            matches!(read_exr(&file)?.contents, Contents::Table { table: found, .. } if answers(table, &found));
+        if !is_answer {
+            let (path, id, file) = (path.display(), &table.id, file.display());
+            return Err(format!(
+                "{path}: table {id}: {file} is of another model than this scene asks for: bake the scene again"
+            )
+            .into());
+        }
         let axes: Result<Vec<Axis>, Failure> = entry.axes.iter().map(|axis| of_entry(axis, &path, &table.id)).collect();
         let axes = axes?;
         let names = |axes: &[Axis]| axes.iter().map(|axis| axis.parameter.clone()).collect::<Vec<_>>();

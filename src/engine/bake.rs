@@ -126,7 +126,7 @@ pub fn work(sheet: &Sheet) -> u64 {
         return 0;
     }
     let all = |per_cell: &dyn Fn(usize) -> usize| -> u64 {
-        let count = |along: &Along| per_cell(along.size) * (along.size + 1) + 3;
+        let count = |along: &Along| per_cell(along.size) * (along.size + 3) + 3;
         sheet.axes.iter().map(count).product::<usize>() as u64
     };
     let texels: usize = sheet.axes.iter().map(|along| along.size).product();

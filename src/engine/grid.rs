@@ -22,18 +22,24 @@ pub(super) struct Places(pub(super) Vec<Place>);
 
 impl Places {
     /// A place in each of `per_cell` equal parts of each cell between neighbouring texels, before the first and behind the last texel
-    /// centre. Each stands for the values of its part.
+    /// centre; the ends of `domain` divide the cells that they lie in. Each place stands for the values of its part.
     ///
     /// What is fitted errs by much the same in neighbouring cells, of either sign within each: places at the same share of every
     /// cell would see too little of it, or too much. Steps of the golden section from cell to cell spread them over all shares.
-    pub(super) fn spread(axis: &TextureAxis, per_cell: usize) -> Self {
+    pub(super) fn spread(axis: &TextureAxis, per_cell: usize, domain: [f64; 2]) -> Self {
         let mut places = Vec::new();
-        for (cell, pair) in borders(axis).windows(2).enumerate() {
+        let mut borders = borders(axis);
+        borders.extend(domain.map(|value| axis.axis.u(value)));
+        borders.sort_by(f64::total_cmp);
+        borders.dedup();
+        for (cell, pair) in borders.windows(2).enumerate() {
             let [from, to] = [pair[0], pair[1]];
             let share = ((cell as f64 + 0.5) * GOLDEN).fract();
             for i in 0..per_cell {
                 let at = |part: usize| axis.axis.value(from + (to - from) * (part as f64 / per_cell as f64));
                 let (start, end) = (at(i), at(i + 1));
+                // to both sides of the middle in turn: what grows along the cell is seen as it is on average
+                let share = if i % 2 == 0 { share } else { 1.0 - share };
                 places.push(place(axis, start + (end - start) * share, end - start));
             }
         }
@@ -243,7 +249,7 @@ mod tests {
     fn measures_add_up_to_the_range() {
         for rule in TexelRule::ALL {
             for axis in axes(rule, false) {
-                for places in [Places::spread(&axis, 4), Places::borders(&axis, 4)] {
+                for places in [Places::spread(&axis, 4, [0.1, 0.9]), Places::borders(&axis, 4)] {
                     let sum: f64 = places.0.iter().map(|place| place.measure).sum();
                     assert!((sum - 1.0).abs() < 1e-14, "{axis:?}: {sum}");
                     let mean: f64 = places.0.iter().map(|place| place.measure * place.value).sum();

@@ -74,6 +74,14 @@ impl Gauge {
         }
     }
 
+    /// The same for means over the domain, where E is above 1/2 on average.
+    fn doubt_of_mean(self) -> f64 {
+        match self {
+            Self::Furnace(quantity) => 2.0 * quantity.tolerance(),
+            _ => self.doubt(),
+        }
+    }
+
     /// The error of what lookups read, `channels`.
     fn error(self, terms: &[Term], channels: &[f64], at: &At<'_>) -> Option<f64> {
         let read = |wanted: Term| terms.iter().position(|term| *term == wanted).map(|k| channels[k]);
@@ -104,7 +112,7 @@ impl Probes {
     /// For lookups in textures of `sheet` with these axes.
     pub(super) fn new(sheet: &Sheet, axes: &[TextureAxis], done: &(dyn Fn(u64) + Sync)) -> Result<Self, SheetError> {
         let places = |(axis, domain): (&TextureAxis, &[f64; 2])| {
-            Places::spread(axis, probes(sheet, axis.axis.size)).and_ends(axis, *domain, 0.0)
+            Places::spread(axis, probes(sheet, axis.axis.size), *domain).and_ends(axis, *domain, 0.0)
         };
         let grid = Grid::new(axes, axes.iter().zip(&sheet.domain()).map(places).collect());
         let truths = truths(sheet, &grid, done)?;
@@ -158,7 +166,7 @@ fn summary(
     Ok(LookupError {
         of: gauge.name(),
         max: worst.1 + gauge.doubt(),
-        mean: sum / measure + gauge.doubt(),
+        mean: sum / measure + gauge.doubt_of_mean(),
         at: worst.0,
         domain: domain.to_vec(),
         probes: inside.len() as u64,

@@ -52,7 +52,7 @@ impl Quantity {
     /// Largest error of its truth.
     pub(super) fn tolerance(self) -> f64 {
         match self {
-            Self::Bias | Self::Total => 2e-7,
+            Self::Bias | Self::Total => 1e-7,
             Self::Sheen => 2e-5,
             Self::DisneyDiffuse => 1e-14,
             Self::Reflected | Self::Transmitted => 1e-5,

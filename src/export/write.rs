@@ -147,7 +147,11 @@ fn temporary_in(directory: &Path) -> io::Result<NamedTempFile> {
     let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o666);
     #[cfg(unix)]
     builder.permissions(permissions);
-    builder.tempfile_in(directory)
+    // the error would name the temporary file, which nobody knows
+    builder.tempfile_in(directory).map_err(|error| match error.kind() {
+        kind @ (io::ErrorKind::NotFound | io::ErrorKind::PermissionDenied) => kind.into(),
+        _ => error,
+    })
 }
 
 /// Makes the directory `path` and those above it, and tries that files can be made in it; it may exist already.

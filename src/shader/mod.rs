@@ -55,7 +55,8 @@ impl Language {
     pub fn extension(self) -> &'static str {
         match self {
             Self::Wgsl => "wgsl",
-            Self::GlslEs | Self::Glsl => "glsl",
+            Self::GlslEs => "es.glsl",
+            Self::Glsl => "glsl",
             Self::Hlsl => "hlsl",
             Self::Msl => "metal",
         }

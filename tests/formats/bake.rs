@@ -230,6 +230,45 @@ fn wrong_names_and_combinations_are_refused_before_the_work() {
     assert!(!directory.path().join("out").exists());
 }
 
+/// Tables whose identifiers are the same would be one in a program, whichever the compiler took.
+#[test]
+fn names_that_source_text_cannot_tell_apart_are_refused() {
+    for [one, other] in [["rough", "rough_"], ["a-b", "a_b"], ["a.b", "a-b"]] {
+        let text = SCENE.replace("\"rough\"", &format!("\"{one}\""));
+        let directory = scene(&text.replace("\"range\"", &format!("\"{other}\"")));
+        let errors = refused(directory.path(), &["--format", "ktx2,c"]);
+        assert!(
+            errors.contains(&format!("--format c: the tables {one}.rho_hd and {other}.rho_hd"))
+                && errors.contains("rename a material"),
+            "{errors}"
+        );
+        assert!(!directory.path().join("out").exists());
+        bake(directory.path(), "out", &["--format", "ktx2"]);
+    }
+}
+
+/// What rounding adds to the error that was asked for is told.
+#[test]
+fn tolerances_that_a_storage_exceeds_are_told_of() {
+    let directory = scene(SCENE);
+    let arguments = [
+        "bake",
+        "scene.toml",
+        "--tolerance",
+        "1e-3",
+        "--format",
+        "png,ktx2",
+        "--storage",
+        "unorm8",
+    ];
+    let output = furnace(directory.path(), &[&arguments[..], &["--out", "out"]].concat());
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        text.contains("png in unorm8") && text.contains("more than 1e-3: rounding adds"),
+        "{text}"
+    );
+}
+
 /// What cannot be written is found out before anything takes its name.
 #[test]
 fn nothing_is_published_when_a_format_fails() {

@@ -23,7 +23,7 @@ fn of_metal(profile: Profile) -> &'static str {
         Profile::Unreal => "preintegrated_gf",
         Profile::MaterialX => "albedo_table",
         Profile::Cycles => "table_ggx_E",
-        Profile::OpenPbr => "metal",
+        Profile::OpenPbr => "ideal_metal_energy_complement",
     }
 }
 
@@ -75,7 +75,7 @@ pub(crate) fn check(profile: Profile, baked: &Baked, tables: &Tables, count: usi
     largest((&format!("{profile:?} furnace"), limit), (count, 1), from, |[mu, r]| {
         (truth::metal(mu, alpha(r)) / total(profile, tables, mu, r) - 1.0).abs()
     });
-    if profile != Profile::Cycles {
+    if !matches!(profile, Profile::Cycles | Profile::OpenPbr) {
         let limit = stated(baked, name, "r0 = 0.04").max + DIELECTRIC_DOUBT;
         largest(
             (&format!("{profile:?} r0 = 0.04"), limit),
@@ -104,9 +104,10 @@ pub(crate) fn check(profile: Profile, baked: &Baked, tables: &Tables, count: usi
     }
 }
 
-/// z of glass to the index of the far side, not beyond 1e4, seen from outside or from inside.
+/// A share of z to the largest index, 100, to the index of the far side, seen from outside or from inside.
 fn eta(z: f64, is_inside: bool) -> f64 {
-    let outside = ((1.0 + z * z) / (1.0 - z * z)).min(1e4);
+    let square = z * z * 99.0 / 101.0;
+    let outside = (1.0 + square) / (1.0 - square);
     if is_inside { 1.0 / outside } else { outside }
 }
 

@@ -160,6 +160,21 @@ fn what_is_not_allowed_is_refused_with_what_is() {
             );
         }
     }
+    // before the work
+    let errors = refused(&["--profile", "filament", "--format", "png"]);
+    assert!(
+        errors.contains("filament keeps dfg in f16") && errors.contains("add --storage unorm16 or unorm8"),
+        "{errors}"
+    );
+    let errors = refused(&[
+        "--profile",
+        "three",
+        "--resolution",
+        "16384",
+        "--roughness-resolution",
+        "16384",
+    ]);
+    assert!(errors.contains("integrals, more than 200 000 000"), "{errors}");
     let errors = refused(&["--profile", "three", "--format", "png", "--storage", "f16"]);
     assert!(
         errors.contains("--storage f16 is not allowed with --format png"),

@@ -34,10 +34,6 @@ pub(crate) fn albedo(profile: Profile, tables: &Tables, mu: f64, r: f64, f0: f64
             let [bias, loss] = pair("pair", bent(&tables["pair"], mu, r));
             mix(bias, 1.0 - loss, f0)
         }
-        Profile::OpenPbr => {
-            let [bias, loss] = pair("metal", bent(&tables["metal"], mu, r));
-            mix(bias, 1.0 - loss, f0)
-        }
         Profile::Filament => {
             let [x, y] = pair("dfg", [mu, r]);
             f0 * x + f90 * y
@@ -76,7 +72,7 @@ pub(crate) fn albedo(profile: Profile, tables: &Tables, mu: f64, r: f64, f0: f64
             let [x, y] = pair("albedo_table", [mu, r]);
             f0 * x + f90 * y
         }
-        Profile::Cycles => panic!("its tables are of F = 1 alone"),
+        Profile::Cycles | Profile::OpenPbr => panic!("their tables are of F = 1 alone"),
     }
 }
 
@@ -88,6 +84,11 @@ pub(crate) fn total(profile: Profile, tables: &Tables, mu: f64, r: f64) -> f64 {
         Profile::FilamentMultiscatter => compensated(tables["dfg_multiscatter"].fetch([mu, r], 1)),
         Profile::Godot => compensated(tables["dfg_lut"].fetch([mu, 1.0 - r], 1)),
         Profile::Cycles => cycles_2d(&tables["table_ggx_E"], r, mu),
+        Profile::OpenPbr => {
+            let raw = &tables["ideal_metal_energy_complement"];
+            let at = [remap(mu, raw.size[0] as f64), remap(r, raw.size[1] as f64)];
+            1.0 - raw.fetch(at, 0)
+        }
         _ => albedo(profile, tables, mu, r, 1.0),
     }
 }

@@ -61,6 +61,10 @@ fn ktx2(bytes: &[u8]) -> Raw {
     let (values, stored, kept) = match header.format.unwrap() {
         ktx2::Format::R16G16_SFLOAT => (halves(level), 2, 2),
         ktx2::Format::R16_SFLOAT => (halves(level), 1, 1),
+        ktx2::Format::R16_UNORM => {
+            let number = |two: &[u8]| f64::from(u16::from_le_bytes(two.try_into().unwrap())) / 65535.0;
+            (level.chunks_exact(2).map(number).collect(), 1, 1)
+        }
         ktx2::Format::R32_SFLOAT => {
             let number = |four: &[u8]| f64::from(f32::from_le_bytes(four.try_into().unwrap()));
             (level.chunks_exact(4).map(number).collect(), 1, 1)

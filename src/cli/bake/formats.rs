@@ -3,9 +3,10 @@
 use super::Baked;
 use crate::cli::{Failure, format};
 use clap::Args;
-use std::collections::BTreeSet;
-use whitefurnace::export::formats::Format;
+use std::collections::{BTreeSet, HashMap};
+use whitefurnace::engine::{Profile, Sheet};
 use whitefurnace::export::formats::beside::all_beside;
+use whitefurnace::export::formats::{Format, identifier};
 use whitefurnace::export::store::Store;
 use whitefurnace::printable::printable;
 use whitefurnace::table::Storage;
@@ -25,7 +26,12 @@ pub(super) struct Formats {
 
 fn parse_format(name: &str) -> Result<Format, String> {
     let names: Vec<&str> = Format::ALL.into_iter().map(Format::name).collect();
-    Format::from_name(name).ok_or_else(|| format!("{} is none of {}", printable(name), names.join(", ")))
+    let shown = if name.is_empty() {
+        "an empty name".into()
+    } else {
+        printable(name)
+    };
+    Format::from_name(name).ok_or_else(|| format!("{shown} is none of {}", names.join(", ")))
 }
 
 fn parse_storage(name: &str) -> Result<Storage, String> {
@@ -52,6 +58,28 @@ impl Formats {
                 Ok(formats)
             }
         }
+    }
+
+    /// Refuses formats that cannot hold the tables of an engine, before the work.
+    pub(super) fn check_sheets(&self, profile: Profile, sheets: &[Sheet]) -> Result<(), Failure> {
+        for (format, sheet) in self
+            .format
+            .iter()
+            .flat_map(|format| sheets.iter().map(move |sheet| (format, sheet)))
+        {
+            let storage = self.storage.unwrap_or(sheet.storage);
+            if !format.takes(storage) {
+                let (profile, sheet, storage, format) = (profile.name(), sheet.name, storage.name(), *format);
+                let takes = allowed(format);
+                return Err(format!(
+                    "{profile} keeps {sheet} in {storage}, which is not allowed with --format {}: add --storage {takes}, or choose another \
+                     format",
+                    format.name()
+                )
+                .into());
+            }
+        }
+        Ok(())
     }
 
     /// What replaces the storage of an engine.
@@ -83,18 +111,44 @@ impl Formats {
 }
 
 fn not_taken(format: Format, storage: Storage) -> Failure {
-    let takes: Vec<&str> = Storage::ALL
-        .into_iter()
-        .filter(|storage| format.takes(*storage))
-        .map(Storage::name)
-        .collect();
     format!(
         "--storage {} is not allowed with --format {}: choose --storage {}, or another format",
         storage.name(),
         format.name(),
-        takes.join(" or ")
+        allowed(format)
     )
     .into()
+}
+
+/// The storages that a format takes.
+fn allowed(format: Format) -> String {
+    let takes = Storage::ALL.into_iter().filter(|storage| format.takes(*storage));
+    takes.map(Storage::name).collect::<Vec<_>>().join(" or ")
+}
+
+/// Refuses tables whose source text would have the same identifiers: a compiler takes the first and drops the second without a word.
+pub(super) fn check_identifiers<'a>(
+    ids: impl Iterator<Item = &'a str>,
+    formats: &[(Format, Storage)],
+) -> Result<(), Failure> {
+    let is_source = |(format, _): &&(Format, Storage)| matches!(format, Format::Source(_));
+    let Some((format, _)) = formats.iter().find(is_source) else {
+        return Ok(());
+    };
+    let mut taken: HashMap<String, &str> = HashMap::new();
+    for id in ids {
+        // guards of headers are in capitals
+        if let Some(other) = taken.insert(identifier(id).to_ascii_uppercase(), id) {
+            return Err(format!(
+                "--format {}: the tables {} and {} would have the same identifiers in source text: rename a material",
+                format.name(),
+                printable(other),
+                printable(id)
+            )
+            .into());
+        }
+    }
+    Ok(())
 }
 
 /// Writes the finished tables in these formats under temporary names, and lists them in their entries.
@@ -126,7 +180,7 @@ pub(super) fn is_extension(end: &str) -> bool {
 }
 
 /// A line for each format: files, bytes, and the largest error of a lookup.
-pub(super) fn lines(baked: &[Baked]) -> Vec<String> {
+pub(super) fn lines(baked: &[Baked], tolerance: Option<f64>) -> Vec<String> {
     let files = || baked.iter().flat_map(|baked| &baked.entry.files);
     let kinds: BTreeSet<(&str, &str)> = files()
         .map(|file| (file.format.as_str(), file.storage.as_str()))
@@ -136,11 +190,20 @@ pub(super) fn lines(baked: &[Baked]) -> Vec<String> {
         let bytes: u64 = of_kind().map(|file| file.bytes).sum();
         // not measured or not bounded
         let errors = of_kind().map(|file| file.lookup_error.unwrap_or(f64::INFINITY));
+        let largest = errors.fold(0.0, f64::max);
+        let more = match tolerance {
+            Some(tolerance) if largest > tolerance => {
+                format!(
+                    ", more than {tolerance:e}: rounding adds to what the EXR has; choose --storage f32, or a smaller --tolerance"
+                )
+            }
+            _ => String::new(),
+        };
         format!(
-            "{kind} in {storage}: {} files, {} KiB, lookups off by up to {}.",
-            of_kind().count(),
+            "{kind} in {storage}: {}, {} KiB, lookups off by up to {}{more}.",
+            format::counted(of_kind().count(), "file"),
             bytes.div_ceil(1024),
-            format::error(errors.fold(0.0, f64::max)),
+            format::error(largest),
         )
     };
     kinds.into_iter().map(line).collect()

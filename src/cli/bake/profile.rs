@@ -15,13 +15,14 @@ use whitefurnace::estimate::Estimator;
 use whitefurnace::export::formats::{Format, facts, files};
 use whitefurnace::export::write::write_described;
 use whitefurnace::export::{SOFTWARE, VERSION, sha256_hex};
+use whitefurnace::plan::{Plan, Request};
 use whitefurnace::printable::printable;
-use whitefurnace::scene::{Effect, Scene};
+use whitefurnace::scene::{Effect, ModelSpec, Scene};
 use whitefurnace::table::Storage;
 use whitefurnace::table::texture::{LookupError, Texture};
 
 /// What says which files there are, written last.
-const DESCRIPTION: &str = "profile.json";
+pub(in crate::cli) const DESCRIPTION: &str = "profile.json";
 
 /// A file to write.
 struct File {
@@ -41,6 +42,12 @@ struct Baked {
 
 /// A bake that has run so many seconds without a terminal tells of each finished table.
 const LONG: f64 = 10.0;
+
+/// Most integrals of a bake, hours of them.
+const MOST: u64 = 200_000_000;
+
+/// Sheets to bake, and names of the others with the reason.
+type Called = (Vec<Sheet>, Vec<(&'static str, String)>);
 
 /// More integrals than this take seconds: such a bake is announced where no terminal looks on.
 const MANY: u64 = 100_000;
@@ -75,7 +82,17 @@ impl Bake {
             }
             sheets.iter_mut().for_each(|sheet| sheet.lobe = lobe);
         }
-        let (sheets, skipped) = called_for(sheets, scene.as_ref());
+        let (sheets, skipped) = called_for(sheets, scene.as_ref())?;
+        self.formats.check_sheets(profile, &sheets)?;
+        let work: u64 = sheets.iter().map(engine::work).sum();
+        if work > MOST {
+            let (name, work, most) = (profile.name(), format::count(work), format::count(MOST));
+            return Err(format!(
+                "the sizes asked for are not allowed: {name} would take {work} integrals, more than {most}; lower --resolution or \
+                 --roughness-resolution"
+            )
+            .into());
+        }
         if let Some(storage) = self.formats.storage().filter(|_| profile != Profile::Generic) {
             let other = sheets.iter().filter(|sheet| sheet.storage != storage);
             let other: Vec<String> = other
@@ -155,10 +172,14 @@ impl Bake {
 }
 
 /// The sheets that an effect of the scene calls for, all without a scene, and what is skipped and why.
-fn called_for(sheets: Vec<Sheet>, scene: Option<&Scene>) -> (Vec<Sheet>, Vec<(&'static str, String)>) {
+fn called_for(sheets: Vec<Sheet>, scene: Option<&Scene>) -> Result<Called, Failure> {
     let Some(scene) = scene else {
-        return (sheets, Vec::new());
+        return Ok((sheets, Vec::new()));
     };
+    // smooth glass needs no table
+    let plan = Plan::new(scene, &Request::default())?;
+    let mut planned = plan.tables.iter();
+    let is_rough_glass = planned.any(|table| matches!(table.model, ModelSpec::RoughDielectric { .. }));
     let has = |effect: &Effect| {
         let mut calls = scene.materials.iter().flat_map(|material| &material.calls);
         calls.any(|call| call.effect == *effect)
@@ -167,14 +188,19 @@ fn called_for(sheets: Vec<Sheet>, scene: Option<&Scene>) -> (Vec<Sheet>, Vec<(&'
     let mut kept = Vec::new();
     for sheet in sheets {
         let effects = effects(&sheet);
-        if effects.iter().any(has) {
+        if effects == [Effect::Transmission] && !is_rough_glass {
+            skipped.push((
+                sheet.name,
+                "no material lets light through a rough interface".to_owned(),
+            ));
+        } else if effects.iter().any(has) {
             kept.push(sheet);
         } else {
             let names: Vec<&str> = effects.iter().map(|effect| effect.name()).collect();
             skipped.push((sheet.name, format!("no material calls for {}", names.join(" or "))));
         }
     }
-    (kept, skipped)
+    Ok((kept, skipped))
 }
 
 /// The effects that a sheet serves.
@@ -187,11 +213,24 @@ fn effects(sheet: &Sheet) -> Vec<Effect> {
             Term::Interface | Term::Reflected | Term::Transmitted => vec![Effect::Clearcoat],
             Term::DisneyDiffuse => vec![Effect::Diffuse],
             Term::Scale | Term::Bias | Term::Total | Term::Loss => {
-                vec![Effect::Metal, Effect::Dielectric, Effect::Clearcoat]
+                // what glass reflects too, under an environment
+                vec![
+                    Effect::Metal,
+                    Effect::Dielectric,
+                    Effect::Clearcoat,
+                    Effect::Transmission,
+                ]
             }
             // of glass where an index is along
             Term::Mean | Term::MeanLoss if sheet.axes.len() > 1 => vec![Effect::Transmission],
-            Term::Mean | Term::MeanLoss => vec![Effect::Metal, Effect::Dielectric, Effect::Clearcoat],
+            Term::Mean | Term::MeanLoss => {
+                vec![
+                    Effect::Metal,
+                    Effect::Dielectric,
+                    Effect::Clearcoat,
+                    Effect::Transmission,
+                ]
+            }
         });
     }
     effects.sort();

@@ -73,7 +73,7 @@ pub(super) fn report(
         bytes.div_ceil(1024),
         format::seconds(seconds)
     ));
-    for line in formats::lines(baked) {
+    for line in formats::lines(baked, wish.map(|wish| wish.tolerance)) {
         format::say(line);
     }
     let others = others(directory, baked);

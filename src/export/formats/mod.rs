@@ -15,6 +15,8 @@ mod raw;
 mod source;
 mod texels;
 
+pub use source::identifier;
+
 use crate::table::Storage;
 use crate::table::texture::{Texture, TextureError};
 use thiserror::Error;

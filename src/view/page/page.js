@@ -296,6 +296,8 @@ function attempt(act) {
     act();
   } catch (error) {
     trouble(`This page cannot show what it should: ${error.message}.`);
+    // nothing follows them any more
+    for (const controls of document.querySelectorAll("fieldset")) controls.disabled = true;
     throw error;
   }
 }

@@ -16,6 +16,7 @@ use super::texels::PLAIN;
 use super::{Language, MAX_SOURCE_VALUES, facts};
 use crate::printable::is_hidden;
 use crate::table::texture::Texture;
+pub use names::identifier;
 use names::parameter_names;
 
 /// The letters of the axes.
@@ -65,7 +66,7 @@ struct SourceAxis {
 
 impl<'a> Parts<'a> {
     fn new(texture: &'a Texture) -> Self {
-        let name = names::identifier(&texture.id);
+        let name = identifier(&texture.id);
         let named = texture.axes.iter().zip(parameter_names(&texture.axes)).zip(LETTERS);
         let axes = named.map(|((axis, parameter), letter)| {
             let mut renamed = axis.clone();

@@ -21,7 +21,7 @@ const TAKEN: &str = "abs abstract active alias alignas alignof alloc and array a
 
 /// The id of a texture as part of an identifier: words of letters and digits, joined by single underscores, as GLSL keeps double
 /// ones to itself.
-pub(super) fn identifier(id: &str) -> String {
+pub fn identifier(id: &str) -> String {
     let words = id.split(|c: char| !c.is_ascii_alphanumeric());
     let name = words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join("_");
     // the names that are made of it have a word before it or are in capitals, where only a digit is in the way
