@@ -9,8 +9,11 @@ use rayon::prelude::*;
 use std::collections::HashSet;
 
 /// Cells from which the largest error is searched, and how near to the worst of all places theirs has to be.
-const STARTS: usize = 16;
+const STARTS: usize = 64;
 const NEARLY_WORST: f64 = 0.5;
+
+/// What such a search may have missed, as a share of what it found.
+const MARGIN: f64 = 1.01;
 
 /// Rounds of a search, each with half the steps of the one before, from a quarter of a cell on, and most steps along each axis in a round.
 const ROUNDS: usize = 9;
@@ -156,16 +159,15 @@ fn summary(
         sum += grid.measure(*index) * all[*index];
         measure += grid.measure(*index);
     }
-    let mut worst = (Vec::new(), 0.0);
-    for index in starts(texture, (grid, all), inside.clone()) {
-        let found = climb(sheet, texture, gauge, (grid.values(index), all[index]), domain)?;
-        if found.1 > worst.1 || worst.0.is_empty() {
-            worst = found;
-        }
-    }
+    let tops: Vec<(Vec<f64>, f64)> = starts(texture, (grid, all), inside.clone())
+        .into_par_iter()
+        .map(|index| climb(sheet, texture, gauge, (grid.values(index), all[index]), domain))
+        .collect::<Result<_, SheetError>>()?;
+    let higher = |a: (Vec<f64>, f64), b: (Vec<f64>, f64)| if b.1 > a.1 { b } else { a };
+    let worst = tops.into_iter().reduce(higher).unwrap_or_default();
     Ok(LookupError {
         of: gauge.name(),
-        max: worst.1 + gauge.doubt(),
+        max: MARGIN * worst.1 + gauge.doubt(),
         mean: sum / measure + gauge.doubt_of_mean(),
         at: worst.0,
         domain: domain.to_vec(),
@@ -200,10 +202,14 @@ fn climb(
     domain: &[[f64; 2]],
 ) -> Result<(Vec<f64>, f64), SheetError> {
     let quantities = sheet.quantities();
+    // the step of infinite length is that to the nearest texel, where what rounding adds is not mixed with any other
     let mut try_at = |at: &mut Vec<f64>, k: usize, step: f64| -> Result<bool, SheetError> {
         let axis = &texture.axes[k].axis;
         let mut tried = at.clone();
-        let u = (axis.u(at[k]) + step / axis.size as f64).clamp(0.0, 1.0);
+        let u = match step.is_finite() {
+            true => (axis.u(at[k]) + step / axis.size as f64).clamp(0.0, 1.0),
+            false => axis.texel_u(axis.texel_position(axis.u(at[k])).round() as usize),
+        };
         tried[k] = axis.value(u).clamp(domain[k][0], domain[k][1]);
         if tried == *at {
             return Ok(false);
@@ -221,6 +227,9 @@ fn climb(
         }
         Ok(is_higher)
     };
+    for k in (0..at.len()).chain(0..at.len()) {
+        try_at(&mut at, k, f64::INFINITY)?;
+    }
     for round in 0..ROUNDS {
         let step = 0.25 / f64::from(1u32 << round);
         for _ in 0..SWEEPS {
