@@ -161,7 +161,16 @@ fn summary(
     }
     let tops: Vec<(Vec<f64>, f64)> = starts(texture, (grid, all), inside.clone())
         .into_par_iter()
-        .map(|index| climb(sheet, texture, gauge, (grid.values(index), all[index]), domain))
+        .flat_map(|index| [(index, false), (index, true)])
+        .map(|(index, from_texel)| {
+            climb(
+                sheet,
+                texture,
+                gauge,
+                (grid.values(index), all[index], from_texel),
+                domain,
+            )
+        })
         .collect::<Result<_, SheetError>>()?;
     let higher = |a: (Vec<f64>, f64), b: (Vec<f64>, f64)| if b.1 > a.1 { b } else { a };
     let worst = tops.into_iter().reduce(higher).unwrap_or_default();
@@ -193,12 +202,13 @@ fn starts(texture: &Texture, (grid, all): (&Grid, &[f64]), mut inside: Vec<usize
     bad.filter(|index| cells.insert(cell(index))).take(STARTS).collect()
 }
 
-/// The largest error near a place, along each axis in turn, as often as that leads upwards, with steps that halve.
+/// The largest error near a place, along each axis in turn, as often as that leads upwards, with steps that halve; or, `from_texel`, near
+/// the texel beside it where that errs by more: either may stand at the foot of the higher peak.
 fn climb(
     sheet: &Sheet,
     texture: &Texture,
     gauge: Gauge,
-    (mut at, mut error): (Vec<f64>, f64),
+    (mut at, mut error, from_texel): (Vec<f64>, f64, bool),
     domain: &[[f64; 2]],
 ) -> Result<(Vec<f64>, f64), SheetError> {
     let quantities = sheet.quantities();
@@ -227,8 +237,10 @@ fn climb(
         }
         Ok(is_higher)
     };
-    for k in (0..at.len()).chain(0..at.len()) {
-        try_at(&mut at, k, f64::INFINITY)?;
+    if from_texel {
+        for k in (0..at.len()).chain(0..at.len()) {
+            try_at(&mut at, k, f64::INFINITY)?;
+        }
     }
     for round in 0..ROUNDS {
         let step = 0.25 / f64::from(1u32 << round);
