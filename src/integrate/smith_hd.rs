@@ -55,11 +55,10 @@ mod tests;
 use crate::bxdf::Microfacet;
 use crate::distribution::Isotropic;
 use crate::fresnel::Fresnel;
-use crate::geometry::Polar;
 use crate::masking::Masking;
 use crate::numerics::gaussian::ierfc;
 use crate::numerics::quadrature::{Bounded, Integral};
-use crate::spectrum::Channels;
+use crate::spectrum::{Channels, Spectrum};
 use glam::DVec3;
 use kernel::{Constants, Scratch, Sums};
 use orders::Orders;
@@ -254,14 +253,26 @@ fn estimate(microfacet: &Microfacet, constants: &Constants, orders: Orders, scra
             .sums(circle, legendre, None)
             .scaled(microfacet.reflectance.value());
     }
-    let reflectance = |theta_d: Polar| microfacet.facet_reflectance_at(theta_d);
-    let channels = microfacet.reflectance.channels().max(microfacet.fresnel.channels());
-    scratch.reflect(constants, (circle, legendre), channels == Channels::Grey, reflectance);
-    match channels {
-        Channels::Grey => scratch.sums(circle, legendre, Some(0)),
-        Channels::Pair | Channels::Rgb => {
-            Sums::of_channels([0, 1, 2].map(|channel| scratch.sums(circle, legendre, Some(channel))))
-        }
+    let channels = channels(microfacet);
+    scratch.reflect(constants, (circle, legendre), microfacet, channels);
+    let mut each = [Sums::default(); 3];
+    for (channel, sums) in each.iter_mut().enumerate().take(channels) {
+        *sums = scratch.sums(circle, legendre, Some(channel));
+    }
+    // those that are not computed equal the last
+    Sums::of_channels([0, 1, 2].map(|channel: usize| each[channel.min(channels - 1)]))
+}
+
+/// How many channels differ: r0 = (0, 1, 1) stands for the two albedos that those of all r0 are mixed from.
+fn channels(microfacet: &Microfacet) -> usize {
+    let repeats = |spectrum: Spectrum| spectrum.value().y == spectrum.value().z;
+    match (
+        microfacet.reflectance.channels().max(microfacet.fresnel.channels()),
+        microfacet.fresnel,
+    ) {
+        (Channels::Grey, _) => 1,
+        (_, Fresnel::Schlick { r0 }) if repeats(r0) && repeats(microfacet.reflectance) => 2,
+        _ => 3,
     }
 }
 

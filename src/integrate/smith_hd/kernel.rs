@@ -2,6 +2,8 @@
 
 use super::Slopes;
 use super::rules::{Circle, Legendre};
+use crate::bxdf::Microfacet;
+use crate::fresnel::Fresnel;
 use crate::geometry::Polar;
 use crate::numerics::lanes::{exp, ln, polynomial, scaled_ierfc};
 use glam::DVec3;
@@ -48,6 +50,9 @@ pub(super) struct Scratch {
     pub(super) x: Vec<f64>,
     /// Values of the integrand.
     pub(super) value: Vec<f64>,
+    /// 1 - cos phi, then 1 - cos theta_d, and cos theta_d.
+    pub(super) versine: Vec<f64>,
+    pub(super) cos: Vec<f64>,
     /// Values times the reflectance of the facets, per channel.
     pub(super) reflected: [Vec<f64>; 3],
     /// Number of nodes.
@@ -122,33 +127,45 @@ impl Scratch {
         );
     }
 
-    /// Multiplies the values by the reflectance of the facets, one channel or all three.
-    ///
-    /// The angle theta_d between wo and a facet keeps its digits near the normal in the form
-    /// versin theta_d = versin(theta_o - theta_h) + sin theta_o sin theta_h versin phi.
+    /// Multiplies the values by the reflectance of the facets, of as many channels as differ.
     pub(super) fn reflect(
         &mut self,
         constants: &Constants,
         (circle, legendre): (&Circle, &Legendre),
-        grey: bool,
-        reflectance: impl Fn(Polar) -> DVec3,
+        microfacet: &Microfacet,
+        channels: usize,
     ) {
-        let Constants { mu, sin_o, .. } = *constants;
-        let width = legendre.nodes.len();
-        let versines: Vec<f64> = circle.sin2.iter().map(|sin2| versine(constants, *sin2)).collect();
-        let channels = if grey { 1 } else { 3 };
-        let count = self.count;
-        for channel in &mut self.reflected[..channels] {
-            resize(channel, count);
+        let (count, width) = (self.count, legendre.nodes.len());
+        let padded = count.next_multiple_of(LANES);
+        for vector in self.reflected[..channels]
+            .iter_mut()
+            .chain([&mut self.versine, &mut self.cos])
+        {
+            resize(vector, padded);
+        }
+        for (row, sin2) in self.versine[..count].chunks_exact_mut(width).zip(&circle.sin2) {
+            row.fill(versine(constants, *sin2));
+        }
+        self.versine[count..padded].fill(0.5);
+        let Self { t, x, versine, cos, .. } = self;
+        facet_angles(
+            [constants.mu, constants.sin_o],
+            &t[..padded],
+            &x[..padded],
+            &mut versine[..padded],
+            &mut cos[..padded],
+        );
+        let (versine, cos, value) = (&self.versine[..padded], &self.cos[..padded], &self.value[..padded]);
+        if let Fresnel::Schlick { r0 } = microfacet.fresnel {
+            for (channel, reflected) in self.reflected[..channels].iter_mut().enumerate() {
+                let reflectance = microfacet.reflectance.value()[channel];
+                schlick(reflectance, r0.value()[channel], cos, value, &mut reflected[..padded]);
+            }
+            return;
         }
         for i in 0..count {
-            let theta_h = Polar::from_tan(self.t[i]);
-            let in_plane = sin_o * theta_h.cos - mu * theta_h.sin;
-            let closest = in_plane * in_plane / (1.0 + mu * theta_h.cos + sin_o * theta_h.sin);
-            let versine = closest + sin_o * theta_h.sin * versines[i / width];
-            let cos = (mu + self.x[i] * self.t[i]) * theta_h.cos;
-            let theta_d = Polar::from_versine(versine.clamp(0.0, 1.0), cos.clamp(0.0, 1.0));
-            let weighted = self.value[i] * reflectance(theta_d);
+            let theta_d = Polar::from_versine(versine[i], cos[i]);
+            let weighted = value[i] * microfacet.facet_reflectance_at(theta_d);
             for (channel, value) in self.reflected[..channels].iter_mut().zip(weighted.to_array()) {
                 channel[i] = value;
             }
@@ -182,7 +199,7 @@ impl Scratch {
 }
 
 /// An integral with the coefficients that tell its error.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sums {
     pub(super) value: DVec3,
     /// The larger of the last two coefficients of the outer rule.
@@ -221,6 +238,40 @@ fn versine(constants: &Constants, sin2: f64) -> f64 {
     let p = 2.0 * libm::log(whole / mu) * sin2;
     // 1 - e^(-2 A) = 2 sin theta_o/(1 + sin theta_o)
     (1.0 + libm::exp(p) * (mu / whole).powi(2)) * -libm::expm1(-p) * whole / (2.0 * sin_o)
+}
+
+/// theta_d between wo and the facets of tangent `t`, as 1 - cos theta_d in place of the 1 - cos phi of `versine`, and cos theta_d.
+///
+/// It keeps its digits near the normal in the form
+/// versin theta_d = versin(theta_o - theta_h) + sin theta_o sin theta_h versin phi.
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "x86_64+avx"))]
+fn facet_angles([mu, sin_o]: [f64; 2], t: &[f64], x: &[f64], versine: &mut [f64], cos: &mut [f64]) {
+    let count = t.len();
+    let (x, versine, cos) = (&x[..count], &mut versine[..count], &mut cos[..count]);
+    for i in 0..count {
+        let tan = t[i];
+        // beyond, the square overflows
+        let is_upright = tan > 1e150;
+        let cos_h = if is_upright { tan } else { (1.0 + tan * tan).sqrt() }.recip();
+        let sin_h = if is_upright { 1.0 } else { tan * cos_h };
+        let in_plane = sin_o * cos_h - mu * sin_h;
+        let closest = in_plane * in_plane / (1.0 + mu * cos_h + sin_o * sin_h);
+        versine[i] = (closest + sin_o * sin_h * versine[i]).clamp(0.0, 1.0);
+        cos[i] = ((mu + x[i] * tan) * cos_h).clamp(0.0, 1.0);
+    }
+}
+
+/// `value` times R (r0 + (1 - r0)(1 - cos theta_d)^5).
+#[multiversion(targets("x86_64+avx512f+avx512dq", "x86_64+avx2", "x86_64+avx"))]
+fn schlick(reflectance: f64, r0: f64, cos: &[f64], value: &[f64], reflected: &mut [f64]) {
+    let rest = 1.0 - r0;
+    let count = cos.len();
+    let (value, reflected) = (&value[..count], &mut reflected[..count]);
+    for i in 0..count {
+        let versine = 1.0 - cos[i];
+        let square = versine * versine;
+        reflected[i] = value[i] * (reflectance * (r0 + rest * (square * square * versine)));
+    }
 }
 
 /// Four sums side by side, in an order of its own whatever the width of the machine.
