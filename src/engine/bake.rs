@@ -19,6 +19,10 @@ const PLACES: usize = 256;
 /// Places along each axis of two at which lookups are measured: not those of the fit.
 const PROBES: usize = 337;
 
+/// The same within one cell at most: in a square of cells a thousand and more.
+const MOST_PLACES: usize = 32;
+const MOST_PROBES: usize = 43;
+
 /// The stretch of values that an end of the domain stands for in a fit: enough to be heard.
 const END: f64 = 1e-3;
 
@@ -138,7 +142,7 @@ pub fn work(sheet: &Sheet) -> u64 {
 fn fit_places(sheet: &Sheet, size: usize) -> usize {
     match sheet.slow_places() {
         Some(places) => places.div_ceil(size).max(2),
-        None => PLACES.div_ceil(size).max(3),
+        None => PLACES.div_ceil(size).clamp(3, MOST_PLACES),
     }
 }
 
@@ -146,7 +150,7 @@ fn fit_places(sheet: &Sheet, size: usize) -> usize {
 pub(super) fn probes(sheet: &Sheet, size: usize) -> usize {
     match sheet.slow_places() {
         Some(places) => places.div_ceil(size).max(2),
-        None => PROBES.div_ceil(size).max(3),
+        None => PROBES.div_ceil(size).clamp(3, MOST_PROBES),
     }
 }
 
