@@ -129,7 +129,7 @@ fn worst(table: &Table, storage: Storage, truths: &[(Vec<f64>, Estimate)]) -> f6
 
 fn filled(plan: &TablePlan, tolerance: f64) -> Table {
     let chooser = Chooser::new(plan, Wish::within(tolerance)).unwrap();
-    fill_within(&chooser, &|_| {}).unwrap()
+    fill_within(&chooser, &chooser.wished(), &|_| {}).unwrap()
 }
 
 fn kept(plan: &TablePlan, tolerance: f64, truths: &[(Vec<f64>, Estimate)]) {
@@ -258,14 +258,16 @@ fn what_cannot_be_kept_is_said() {
         mu: Some(12),
         ..Wish::within(1e-4)
     };
-    let found = fill_within(&Chooser::new(&plan, wish).unwrap(), &|_| {}).unwrap();
+    let chooser = Chooser::new(&plan, wish).unwrap();
+    let found = fill_within(&chooser, &chooser.wished(), &|_| {}).unwrap();
     assert!(unmet(&found).contains("12 texels along mu"), "{:?}", found.goal);
     assert_eq!(found.size()[0], 12);
     // no size helps where the integral diverges
     let plan = vmf(17.0, "none");
     let chooser = Chooser::new(&plan, Wish::within(1e-3)).unwrap();
-    assert_eq!(chooser.choice(1e-3, Storage::F32).obstacle, Some(Obstacle::Diverges));
-    let found = fill_within(&chooser, &|_| {}).unwrap();
+    let choice = chooser.wished();
+    assert_eq!(choice.obstacle, Some(Obstacle::Diverges));
+    let found = fill_within(&chooser, &choice, &|_| {}).unwrap();
     assert_eq!(unmet(&found), Obstacle::Diverges.reason());
     assert_eq!(found.size()[0], 64);
 }

@@ -7,7 +7,6 @@ use whitefurnace::integrate::choice::{Chooser, Wish};
 use whitefurnace::integrate::{fill, fill_within, forecast};
 use whitefurnace::plan::{Plan, Request};
 use whitefurnace::scene::Scene;
-use whitefurnace::table::Storage;
 
 /// Scenes of different costs: what the deterministic rules, the samples and the sheets take.
 const SCENES: [(&str, &str); 7] = [
@@ -59,6 +58,9 @@ name = "copper"
 bxdf = { type = "microfacet", distribution = { type = "ggx", alpha = 0.1 }, masking = "smith", fresnel = { type = "conductor", metal = "Cu" } }
 "#;
 
+/// Below this many seconds nobody waits, and what files take is as much as the integrals.
+const AT_ONCE: f64 = 0.02;
+
 fn alone<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64) {
     let pool = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
@@ -80,9 +82,9 @@ fn compared(text: &str, request: Request, tolerance: Option<f64>) -> [f64; 2] {
             ],
             Some(tolerance) => {
                 let chooser = Chooser::new(table, Wish::within(tolerance)).unwrap();
-                let choice = chooser.choice(tolerance, Storage::F32);
+                let choice = chooser.wished();
                 let said = forecast(&choice.plan).unwrap().seconds * choice.repeats();
-                [said, alone(|| fill_within(&chooser, &|_| {}).unwrap()).1]
+                [said, alone(|| fill_within(&chooser, &choice, &|_| {}).unwrap()).1]
             }
         };
         println!(
@@ -124,9 +126,9 @@ fn times_are_known_within_a_factor_of_two() {
         ] {
             // sampling by visible normals is for lobes with Smith masking, and says the same of all of them
             let is_sampled = ["conductor", "total reflection"].contains(&name);
-            let is_dear = ["stretched", "total reflection"].contains(&name);
+            let is_dear = ["default", "stretched", "total reflection"].contains(&name);
             // towards mirrors seen at the horizon a sheet takes a million texels
-            let is_endless = is_dear || name == "engine";
+            let is_endless = ["stretched", "total reflection", "engine"].contains(&name);
             if (kind == "samples" && !is_sampled) || (is_endless && kind == "chosen sizes") {
                 continue;
             }
@@ -140,7 +142,8 @@ fn times_are_known_within_a_factor_of_two() {
                 "{name}, {kind}: {said:.2} s said, {taken:.2} s taken: {:.2}",
                 taken / said
             );
-            if !(0.5..=2.0).contains(&(taken / said)) {
+            let is_at_once = said.max(taken) < AT_ONCE;
+            if !(0.5..=2.0).contains(&(taken / said)) && !is_at_once {
                 off.push(format!("{name}, {kind}: {said:.3} s said, {taken:.3} s taken"));
             }
         }

@@ -227,7 +227,7 @@ impl Job<'_> {
     fn fill(&self, progress: &(dyn Fn(u64) + Sync)) -> Result<Table, FillError> {
         match self {
             Self::Planned(plan) => fill(plan, progress),
-            Self::Chosen { chooser, .. } => fill_within(chooser, progress),
+            Self::Chosen { chooser, choice } => fill_within(chooser, choice, progress),
         }
     }
 }
@@ -239,7 +239,7 @@ fn jobs<'a>(plan: &'a Plan, indices: &[usize], wish: Option<Wish>, bar: &Progres
         return Ok(tables.map(Job::Planned).collect());
     };
     let chosen = choosers(tables, wish, bar)?.into_iter().map(|chooser| Job::Chosen {
-        choice: Box::new(chooser.choice(wish.tolerance, Storage::F32)),
+        choice: Box::new(chooser.wished()),
         chooser: Box::new(chooser),
     });
     Ok(chosen.collect())

@@ -97,8 +97,8 @@ impl Choice {
     }
 }
 
-/// Sheets that are computed until one has the size that is wanted, and climbs in them: 1 to 6, see `tests/forecast.rs`.
-const SHEETS: f64 = 2.8;
+/// Sheets that are computed until one has the size that is wanted, as a rule: 1 to 6, see `tests/forecast.rs`.
+const SHEETS: f64 = 2.0;
 
 /// Share of the tolerance that texels computed by rules may be off: 5 per cent cost 3 per cent more texels along each axis.
 const TEXEL_SHARE: f64 = 0.05;
@@ -169,6 +169,11 @@ impl<'a> Chooser<'a> {
             }
         };
         Ok(Self { plan, wish, profile })
+    }
+
+    /// The settings for what is wished for, with values kept as f32: the file that all textures are made from.
+    pub fn wished(&self) -> Choice {
+        self.choice(self.wish.tolerance, Storage::F32)
     }
 
     /// The settings for an error of `tolerance`, at least half of the one wished for, with values kept as `storage`.

@@ -40,11 +40,18 @@ const MEAN_OVER_DIRECTIONS: f64 = 1200.0;
 /// A direction that takes longer is no longer a small part of a forecast of rho_hh by rho_hh itself.
 const QUICK: f64 = 1e-3;
 
-/// Places between texels that are looked at for each of several axes: few are dear, where layers are thin, and count.
+/// Places between texels that are looked at for each of several axes: few are dear, where layers are thin, and count. Some of them
+/// one by one, as climbs take them, with a model for each.
 const LOOKUPS: usize = 48;
+const SINGLE_LOOKUPS: usize = 12;
 
-/// Integrals that climbing to the largest error between texels takes along one axis and along two.
-const CLIMBS: [f64; 2] = [40.0, 800.0];
+/// Integrals that climbing to the largest error between texels takes from all starts along one axis, and from each of two.
+const CLIMB_ON_LINE: f64 = 40.0;
+const CLIMB_ON_SHEET: f64 = 40.0;
+
+/// Of how many cells of a sheet one is climbed in as a rule, from 3 to 16 of them, and the most that are.
+const CELLS_PER_START: f64 = 8.0;
+const STARTS: f64 = 32.0;
 
 /// Seconds to encode, write and put in place one file.
 const FILE: f64 = 5e-4;
@@ -85,28 +92,34 @@ fn judged(plan: &TablePlan) -> Result<Forecast, FillError> {
     let rows = roughness.map_or(1, |axis| axis.size) as f64;
     let alternatives = plan.alternatives.len() as f64;
     let texels = plan.texels() as f64;
-    let (mut lookups, mut seconds_of_lookups) = (0.0, 0.0);
+    let mut seconds_of_lookups = 0.0;
     for axes in &plan.alternatives {
         let places = places(plan, axes);
-        let climbs = match axes.len() {
-            0 => 0.0,
-            count => CLIMBS[count.min(2) - 1],
-        };
-        lookups += places.len() as f64 + climbs;
-        seconds_of_lookups += looked_up(plan, axes, &places)? / alternatives;
+        let [together, single] = looked_up(plan, axes, &places)?;
+        seconds_of_lookups += places.len() as f64 * together + climbs(axes) * single;
     }
     Ok(Forecast {
         estimator,
         evaluations: texel.evaluations * texels + rows * texel.shared_evaluations,
-        seconds: FILE
-            + alternatives * (texels * texel.seconds + rows * texel.shared_seconds)
-            + lookups * seconds_of_lookups,
+        seconds: FILE + alternatives * (texels * texel.seconds + rows * texel.shared_seconds) + seconds_of_lookups,
     })
 }
 
-/// Seconds that the reference at a place between texels takes, from some of the `places` over `axes`: where layers are thin, and
-/// these crowd, integrals are dear.
-fn looked_up(plan: &TablePlan, axes: &[Axis], places: &[Vec<f64>]) -> Result<f64, FillError> {
+/// Integrals of the climbs to the largest error between texels.
+fn climbs(axes: &[Axis]) -> f64 {
+    match axes {
+        [] => 0.0,
+        [_] => CLIMB_ON_LINE,
+        _ => {
+            let cells: f64 = axes.iter().map(|axis| (axis.size + 1) as f64).product();
+            CLIMB_ON_SHEET * (cells / CELLS_PER_START).clamp(1.0, STARTS)
+        }
+    }
+}
+
+/// Seconds that the reference at a place between texels takes among others and by itself, from some of the `places` over `axes`: where
+/// layers are thin, and these crowd, integrals are dear.
+fn looked_up(plan: &TablePlan, axes: &[Axis], places: &[Vec<f64>]) -> Result<[f64; 2], FillError> {
     let start = ThreadTime::now();
     // between texels the best estimator is the reference, to an error of its own
     let reference = reference_effort(plan);
@@ -123,7 +136,17 @@ fn looked_up(plan: &TablePlan, axes: &[Axis], places: &[Vec<f64>]) -> Result<f64
         integrals(plan, axes, &at, Estimator::Auto, reference, &|_| {})?;
         count += at.len();
     }
-    Ok(start.elapsed().as_secs_f64() / count.max(1) as f64)
+    let together = start.elapsed().as_secs_f64() / count.max(1) as f64;
+    let (start, mut count) = (ThreadTime::now(), 0);
+    for index in chosen.iter().take(SINGLE_LOOKUPS) {
+        if count > 0 && start.elapsed() > PATIENCE {
+            break;
+        }
+        let place = std::slice::from_ref(&places[*index]);
+        integrals(plan, axes, place, Estimator::Auto, reference, &|_| {})?;
+        count += 1;
+    }
+    Ok([together, start.elapsed().as_secs_f64() / f64::from(count.max(1))])
 }
 
 /// What an integral of `plan` takes, and the estimator that it gets.

@@ -1,7 +1,7 @@
 //! Tables to the error that a shader may see: chosen, computed, measured, and corrected.
 
 use super::Estimator;
-use super::choice::{Chooser, MOST_TEXELS};
+use super::choice::{Choice, Chooser, MOST_TEXELS};
 use super::fill::{FillError, Progress, fill, fill_axes};
 use crate::table::axis::{Axis, MAX_SIZE};
 use crate::table::{Goal, Storage, Table};
@@ -13,14 +13,13 @@ const CORRECTIONS: usize = 4;
 /// A table whose error is below this share of the tolerance is worth making smaller.
 const WASTEFUL: f64 = 0.8;
 
-/// Computes the table that `chooser` chose for f32, and corrects the sizes until its measured lookup error is within the
+/// Computes the table of `choice`, what `chooser` chose for f32 by [`Chooser::wished`], and corrects the sizes until its measured lookup error is within the
 /// tolerance, or no more texels are allowed. The [`Goal`] of the table says which.
 ///
 /// # Errors
 /// [`FillError`] with the texel that failed.
-pub fn fill_within(chooser: &Chooser<'_>, progress: Progress<'_>) -> Result<Table, FillError> {
+pub fn fill_within(chooser: &Chooser<'_>, choice: &Choice, progress: Progress<'_>) -> Result<Table, FillError> {
     let tolerance = chooser.wish.tolerance;
-    let choice = chooser.choice(tolerance, Storage::F32);
     let with_goal = |table: Table, unmet: Option<String>| Table {
         goal: Some(Goal { tolerance, unmet }),
         ..table
@@ -30,7 +29,7 @@ pub fn fill_within(chooser: &Chooser<'_>, progress: Progress<'_>) -> Result<Tabl
         let met = table.max_lookup_error() <= tolerance;
         return Ok(with_goal(table, (!met).then(|| obstacle.reason().into())));
     }
-    let plan = choice.plan;
+    let plan = &choice.plan;
     let mut axes = plan.alternatives.first().cloned().unwrap_or_default();
     let free: Vec<bool> = axes.iter().map(|axis| chooser.wish.size(axis).is_none()).collect();
     let mut kept: Option<Table> = None;
@@ -42,7 +41,7 @@ pub fn fill_within(chooser: &Chooser<'_>, progress: Progress<'_>) -> Result<Tabl
         0
     };
     loop {
-        let table = fill_axes(&plan, &axes, progress)?;
+        let table = fill_axes(plan, &axes, progress)?;
         let found = table.max_lookup_error();
         let met = found <= tolerance;
         if let (false, Some(kept)) = (met, kept.take()) {

@@ -27,7 +27,7 @@ pub(super) fn chosen(tables: &[TablePlan], wish: Wish) -> Result<(Vec<Chosen>, f
         let choosers = choosers(batch, wish, &bar)?;
         seconds += start.elapsed().as_secs_f64();
         chosen.par_extend(choosers.par_iter().map(|chooser| Chosen {
-            choice: chooser.choice(wish.tolerance, Storage::F32),
+            choice: chooser.wished(),
             smallest: chooser.smallest(wish.tolerance),
             half: chooser.choice(0.5 * wish.tolerance, Storage::F32),
         }));
