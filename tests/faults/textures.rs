@@ -144,7 +144,7 @@ fn profile(out: &Path, storage: &str) -> Command {
     command
 }
 
-const PROFILE: &str = "filament";
+const PROFILE: &str = "bevy";
 
 #[test]
 fn files_in_the_way_of_a_profile_change_nothing() {
@@ -315,5 +315,5 @@ fn files_of_earlier_profiles_are_told_of() {
         message.contains("files of an earlier bake") && message.contains("dfg.ktx2, dfg.bin, dfg.json, dfg.dds"),
         "{message}"
     );
-    assert!(message.contains("the code of filament reads dfg as f16"), "{message}");
+    assert!(message.contains("the code of bevy reads dfg as f16"), "{message}");
 }
