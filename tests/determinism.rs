@@ -64,7 +64,14 @@ fn same_on_any_threads(arguments: &[&str]) {
 
 #[test]
 fn quadrature_gives_the_same_bytes_on_any_threads() {
-    same_on_any_threads(&["--roughness-resolution", "4", "--resolution", "16"]);
+    same_on_any_threads(&[
+        "--resolution",
+        "16",
+        "--roughness-resolution",
+        "4",
+        "--azimuth-resolution",
+        "4",
+    ]);
 }
 
 /// Sizes that are chosen are chosen alike.

@@ -78,6 +78,10 @@ try {
   const [small, hand] = await open(phone);
   seen.widths.phone = await hand.evaluate(() => [document.documentElement.scrollWidth, 390]);
   await small.close();
+  // the width that text has to flow in at 400 % on a desktop, and that of the smallest phones
+  const [least, thumb] = await open({ ...phone, viewport: { width: 320, height: 640 } });
+  seen.widths.small = await thumb.evaluate(() => [document.documentElement.scrollWidth, 320]);
+  await least.close();
 
   for (const scheme of asked.shots ? ["light", "dark"] : []) {
     for (const [name, options] of [["desktop", { viewport: { width: 1280, height: 900 } }], ["phone", phone]]) {
