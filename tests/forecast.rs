@@ -61,12 +61,29 @@ bxdf = { type = "microfacet", distribution = { type = "ggx", alpha = 0.1 }, mask
 /// Below this many seconds nobody waits, and what files take is as much as the integrals.
 const AT_ONCE: f64 = 0.02;
 
-fn alone<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64) {
+/// What takes less is done again, and the least time counts: an interruption would be a large part of it.
+const SHORT: f64 = 0.1;
+
+/// What else the machine does slows a core by up to a half while it lasts, between a forecast and what it is compared with too: of
+/// so many comparisons one has to hold. A forecast that is wrong fails them all.
+const TRIES: usize = 3;
+
+/// Seconds that `work` takes on one thread.
+fn alone<T: Send>(work: impl Fn() -> T + Send + Sync) -> f64 {
     let pool = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    pool.install(|| {
+    let once = || {
         let start = ThreadTime::now();
-        let result = work();
-        (result, start.elapsed().as_secs_f64())
+        work();
+        start.elapsed().as_secs_f64()
+    };
+    pool.install(|| {
+        let mut least = once();
+        for _ in 0..2 {
+            if least < SHORT {
+                least = once().min(least);
+            }
+        }
+        least
     })
 }
 
@@ -78,13 +95,13 @@ fn compared(text: &str, request: Request, tolerance: Option<f64>) -> [f64; 2] {
         let [said, taken] = match tolerance {
             None => [
                 forecast(table).unwrap().seconds,
-                alone(|| fill(table, &|_| {}).unwrap()).1,
+                alone(|| fill(table, &|_| {}).unwrap()),
             ],
             Some(tolerance) => {
                 let chooser = Chooser::new(table, Wish::within(tolerance)).unwrap();
                 let choice = chooser.wished();
                 let said = forecast(&choice.plan).unwrap().seconds * choice.repeats();
-                [said, alone(|| fill_within(&chooser, &choice, &|_| {}).unwrap()).1]
+                [said, alone(|| fill_within(&chooser, &choice, &|_| {}).unwrap())]
             }
         };
         println!(
@@ -137,14 +154,18 @@ fn times_are_known_within_a_factor_of_two() {
                 samples: request.samples,
                 ..if is_dear { small } else { request }
             };
-            let [said, taken] = compared(text, request, tolerance);
-            println!(
-                "{name}, {kind}: {said:.2} s said, {taken:.2} s taken: {:.2}",
-                taken / said
-            );
-            let is_at_once = said.max(taken) < AT_ONCE;
-            if !(0.5..=2.0).contains(&(taken / said)) && !is_at_once {
-                off.push(format!("{name}, {kind}: {said:.3} s said, {taken:.3} s taken"));
+            let mut found = Vec::new();
+            let holds = (0..TRIES).any(|_| {
+                let [said, taken] = compared(text, request, tolerance);
+                found.push(format!(
+                    "{name}, {kind}: {said:.3} s said, {taken:.3} s taken: {:.2}",
+                    taken / said
+                ));
+                println!("{}", found[found.len() - 1]);
+                (0.5..=2.0).contains(&(taken / said)) || said.max(taken) < AT_ONCE
+            });
+            if !holds {
+                off.extend(found);
             }
         }
     }
