@@ -43,6 +43,17 @@ fn cells(criterion: &mut Criterion) {
             }
         }
     }
+    for alpha in [0.01, 0.25] {
+        let distribution = Family::Charlie.with(alpha).unwrap();
+        let sheen = Microfacet::new(Spectrum::grey(1.0), distribution, Masking::Neubelt, Fresnel::None).unwrap();
+        let model = Model::Microfacet(sheen);
+        for mu in [0.5, 1e-5] {
+            let cell = || quadrature(&model, Target::rho_hd(mu, 0.0), 1e-6).unwrap();
+            let evaluations = cell().evaluations;
+            let id = format!("sheen, alpha {alpha}, mu {mu}, {evaluations} evaluations");
+            group.bench_function(id, |bencher| bencher.iter(|| black_box(cell())));
+        }
+    }
     group.finish();
 }
 

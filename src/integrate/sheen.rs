@@ -12,15 +12,18 @@
 //! logarithms, powers and curvatures is in the outer variable, whose pieces are logarithmic, with the scales of n.o and of
 //! the lobe split off; D rises from 0 around delta = 0 in a layer as wide as n.o + n.i.
 
+mod azimuth;
+
 use super::IntegrateError;
 use super::hemisphere::Mean;
 use super::lobe::{Kink, NODE_LIMIT, pieces};
 use crate::bxdf::Microfacet;
 use crate::distribution::Charlie;
-use crate::fresnel::Edge;
+use crate::fresnel::{Edge, Fresnel};
 use crate::geometry::Polar;
 use crate::masking::{Fit, HALF, Masking, neubelt};
 use crate::numerics::quadrature::{Bounded, Integral, NotConverged, Piece, integrate};
+use azimuth::Azimuth;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -166,6 +169,25 @@ impl Sheen<'_> {
         };
         let n = self.charlie.exponent();
         let peak = 2.0 * (n + 2.0) / TAU;
+        if self.microfacet.fresnel == Fresnel::None {
+            let near = apart * apart;
+            let azimuth = Azimuth {
+                near,
+                far: near + 4.0 * product,
+                square: sum * sum,
+                power: 0.5 * n,
+            };
+            let around = azimuth.integral(allowed / peak)?;
+            let bounded = Bounded {
+                value: DVec3::splat(peak * around.value),
+                error: DVec3::splat(peak * around.error),
+            };
+            let whole = Integral {
+                bounded,
+                evaluations: around.evaluations,
+            };
+            return Ok(whole.scaled(self.microfacet.reflectance.value()));
+        }
         let root = product.sqrt();
         // |delta| where both terms of t^2 are equal, where t = n.o + n.i, and where D has risen
         let scales = [apart.abs(), sum, sum * n.sqrt()].map(|scale| (scale / root, false));
