@@ -68,10 +68,15 @@ fn order_of(order: usize, length: f64) -> usize {
 
 const LEAST_INNER: usize = 4;
 
+/// Room for the nodes of a row and their du/dy, which all rows of an integral share: to clear it takes as long as many a row.
+struct Scratch {
+    nodes: [f64; MOST_PARTS * MOST_INNER],
+    slopes: [f64; MOST_PARTS * MOST_INNER],
+}
+
 /// Sums over a row, and the last coefficients of its parts.
-fn over_row(view: &View, row: &Row, order: usize, spent: &mut u64) -> (f64, f64) {
-    let mut nodes = [0.0; MOST_PARTS * MOST_INNER];
-    let mut slopes = [0.0; MOST_PARTS * MOST_INNER];
+fn over_row(view: &View, row: &Row, order: usize, scratch: &mut Scratch, spent: &mut u64) -> (f64, f64) {
+    let Scratch { nodes, slopes } = scratch;
     let mut count = 0;
     for part in row.parts() {
         let length = part.to - part.from;
@@ -109,6 +114,10 @@ fn fixed(view: &View, allowed: f64, spent: &mut u64) -> Option<Integral> {
     let ends = view.outer();
     let digits = -libm::log10(allowed).min(-1.0);
     let (mut outer, mut inner) = (first_order(2.6 * digits), first_order(2.3 * digits));
+    let mut scratch = Scratch {
+        nodes: [0.0; MOST_PARTS * MOST_INNER],
+        slopes: [0.0; MOST_PARTS * MOST_INNER],
+    };
     loop {
         let rule = legendre(outer);
         let (mut sum, mut left_outer, mut left_inner) = (0.0, 0.0, 0.0);
@@ -117,7 +126,7 @@ fn fixed(view: &View, allowed: f64, spent: &mut u64) -> Option<Integral> {
             for (i, x) in rule.nodes.iter().enumerate() {
                 let (w, slope) = along(*x, piece[0], piece[1]);
                 let row = view.row(w, allowed);
-                let (value, left) = over_row(view, &row, inner, spent);
+                let (value, left) = over_row(view, &row, inner, &mut scratch, spent);
                 // both signs of q
                 let slope = 2.0 * slope;
                 sum += rule.weights[i] * slope * value;
