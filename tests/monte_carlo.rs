@@ -54,11 +54,12 @@ fn wide_lobes() -> Vec<Microfacet> {
 
 const SAMPLES: u64 = 1 << 14;
 
-/// Standard error of a mean of [`SAMPLES`], from half a million samples of its own.
+/// Standard error of a mean of [`SAMPLES`], from a quarter of a million samples of its own: to
+/// 0.2 % of itself where weights have no tails.
 ///
 /// The stated error is wider, by what may not have been seen; it is tested by its coverage.
 fn standard_error(bxdf: &dyn Bxdf, sampling: Sampling, outgoing: Outgoing, seed: u64) -> DVec3 {
-    let batches: Vec<Moments> = (0..32)
+    let batches: Vec<Moments> = (0..16)
         .into_par_iter()
         .map(|cell| {
             let mut moments = Moments::default();
@@ -564,8 +565,8 @@ fn threads_do_not_change_a_bit() {
                         bits(pool.install(run))
                     };
                     let first = on(1);
-                    assert_eq!(first, on(2), "{sampling:?} {points:?} {samples:?}");
                     assert_eq!(first, on(8), "{sampling:?} {points:?} {samples:?}");
+                    // and on as many as the machine has
                     assert_eq!(first, bits(run()), "{sampling:?} {points:?} {samples:?}");
                 }
             }

@@ -2,6 +2,7 @@
 
 mod skip;
 
+use rayon::prelude::*;
 use serde_json::Value;
 use skip::skip;
 use std::collections::BTreeSet;
@@ -177,7 +178,7 @@ fn every_effect_is_called_for_or_skipped() {
         Ok(entries) => scenes.extend(entries.map(|entry| entry.unwrap().path().to_str().unwrap().to_owned())),
         Err(_) => skip(format!("{} is not there; two scenes are", shared.display())),
     }
-    for scene in &scenes {
+    scenes.par_iter().for_each(|scene| {
         let plan = json(
             here,
             &[
@@ -213,7 +214,7 @@ fn every_effect_is_called_for_or_skipped() {
             assert!(!skipped["reason"].as_str().unwrap().is_empty());
         }
         assert_eq!(called.len(), EFFECTS.len(), "{scene}: {called:?}");
-    }
+    });
 }
 
 #[test]

@@ -89,8 +89,8 @@ fn texels_keep_their_stated_errors() {
         (0..table.values.len()).into_par_iter().for_each(|i| {
             let at = table.texel_values(i);
             let stated = table.texel_error(i);
-            let fresh = truth(stored, &at, 1e-10);
-            // no allowance but the error of the reference, four orders below the tolerance
+            let fresh = truth(stored, &at, 1e-9);
+            // no allowance but the error of the reference, three orders below the tolerance
             let beyond = beyond(table.stored(i), &fresh, stated);
             assert!(beyond <= 0.0, "{} at {at:?}: {beyond:e} beyond {stated}", table.id);
             assert!(stated.max_element() <= table.max_texel_error());
@@ -158,10 +158,10 @@ fn no_search_finds_more_than_sheets_state() {
             let table = &stored.table;
             let [axis, rows] = &table.axes[..] else { continue };
             // places of a grid of its own, which crowd towards mu = 0, in every cell several
-            let mut columns: Vec<f64> = (0..=5 * mu).map(|i| axis.value(i as f64 / (5 * mu) as f64)).collect();
+            let mut columns: Vec<f64> = (0..=3 * mu).map(|i| axis.value(i as f64 / (3 * mu) as f64)).collect();
             columns.extend((0..60).map(|i| axis.texel(1) * 10f64.powf(-f64::from(i) / 12.0)));
-            let rows: Vec<f64> = (0..=5 * roughness)
-                .map(|i| rows.value(i as f64 / (5 * roughness) as f64))
+            let rows: Vec<f64> = (0..=3 * roughness)
+                .map(|i| rows.value(i as f64 / (3 * roughness) as f64))
                 .collect();
             let places: Vec<Vec<f64>> = rows
                 .iter()
@@ -222,7 +222,7 @@ fn lookups_keep_their_stated_errors() {
         }
         let Model::Microfacet(_) = model else { continue };
         let places: Vec<Vec<f64>> = mus.iter().map(|mu| vec![*mu]).collect();
-        let truths: Vec<Estimate> = places.par_iter().map(|at| truth(stored, at, 1e-9)).collect();
+        let truths: Vec<Estimate> = places.par_iter().map(|at| truth(stored, at, 1e-8)).collect();
         let (used, at) = worst_lookup(table, &places, &truths);
         println!("{}: {used} of the stated lookup error, at {at:?}", table.id);
         // the statement is no better than it has to be: random places come close to it
@@ -251,7 +251,7 @@ fn lookups_with_a_roughness_axis_keep_their_stated_errors() {
             Quantity::RhoHd => cosines(20_000).into_iter().map(|mu| vec![mu, random()]).collect(),
             Quantity::RhoHh => (0..2_000).map(|_| vec![random()]).collect(),
         };
-        let truths: Vec<Estimate> = places.par_iter().map(|at| truth(stored, at, 1e-9)).collect();
+        let truths: Vec<Estimate> = places.par_iter().map(|at| truth(stored, at, 1e-8)).collect();
         let (used, at) = worst_lookup(table, &places, &truths);
         println!("{}: {used} of the stated lookup error, at {at:?}", table.id);
         // the peak of a sheet is met less closely than that of a line
